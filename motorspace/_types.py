@@ -1,0 +1,61 @@
+"""The vocabulary of the package: every array type once, with its shape and unit."""
+
+from typing import Literal
+
+import equinox as eqx
+from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
+
+Key = PRNGKeyArray
+"""An explicit source of randomness."""
+
+Scalar = Float[Array, ""]
+Flag = Bool[Array, ""]
+Count = Int[Array, ""]
+
+Motor = Float[Array, " M"]
+"""Motor command m of one time step, in the agent's own units."""
+
+Motors = Float[Array, "T M"]
+"""Motor sequence: T commands in a row; T is the horizon."""
+
+Sensors = Float[Array, " K"]
+"""What the agent senses at one time, in raw units (the paper's s_t)."""
+
+Code = Float[Array, " C"]
+"""Representation of a motor sequence (the paper's h^m)."""
+
+Displacement = Float[Array, "3"]
+"""(longitudinal, lateral, orientation change) in the frame of the part that carries the
+sensors, at the start; world units, world units, radians in (-pi, pi]."""
+
+Walls = Float[Array, "S 2 2"]
+"""S wall segments: two end points each, in world units."""
+
+Collision = Literal["resample", "block"]
+"""What happens to a command whose movement crosses a wall: another is drawn, or it is
+logged and the translation does not happen."""
+
+
+class Pose(eqx.Module):
+    """Where the body is, which way it faces, and where the head points relative to it.
+
+    ```
+          y ^      / gaze = heading + head
+            |     /
+            |    o--- heading      angles counter-clockwise from the x axis
+            +---------> x
+    ```
+
+    Each field holds any batch shape. World units and radians; `head` is 0 for agents
+    without one.
+    """
+
+    x: Float[Array, "*batch"]
+    y: Float[Array, "*batch"]
+    heading: Float[Array, "*batch"]
+    head: Float[Array, "*batch"]
+
+    @property
+    def gaze(self) -> Float[Array, "*batch"]:
+        """Orientation of the part that carries the sensors, radians."""
+        return self.heading + self.head

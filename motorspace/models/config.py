@@ -1,0 +1,26 @@
+"""The network as data."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from motorspace.models.encoder import EncoderName
+
+
+@dataclass(frozen=True)
+class ModelConfig:
+    """Sizes and kinds of the network's parts; the defaults are the paper's."""
+
+    encoder: EncoderName = "lstm"
+    """How the motor sequence is encoded: lstm (the paper), gru, sum, mlp, none or identity."""
+    hidden_size: int = 100
+    """Units of the recurrent layer."""
+    code_size: int = 50
+    """Units of the code h^m."""
+    width_size: int = 200
+    """Units of each ReLU layer of the predictor."""
+    depth: int = 3
+    """ReLU layers of the predictor."""
+    inverse_weight: float = 0.0
+    """Weight of the inverse model's loss; 0 leaves it out."""
+    initial_weights: Literal["scaled", "uniform"] = "scaled"
+    """scaled: variance-preserving; uniform: within 1 / sqrt(inputs), the plain recipe."""

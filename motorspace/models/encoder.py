@@ -1,0 +1,112 @@
+"""Motor encoders: a motor sequence in, a code out. One sequence; batching is `vmap`."""
+
+import abc
+from typing import Literal
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from motorspace._types import Code, Count, Key, Motor, Motors
+
+EncoderName = Literal["lstm", "gru", "sum", "mlp", "none", "identity"]
+
+
+class AbstractMotorEncoder(eqx.Module):
+    """Squeezes the first `num_steps` rows of a (scaled) motor sequence into a code."""
+
+    @abc.abstractmethod
+    def __call__(self, motors: Motors, num_steps: Count) -> Code:
+        """The code h^m of the sequence."""
+
+
+class RecurrentEncoder(AbstractMotorEncoder):
+    """The paper's encoder: a recurrent layer from a zero state, then a sigmoid layer.
+
+    h^m = sigmoid(W h_T + b), h_t = LSTM(m_t, h_{t-1}), h_0 = 0 (section 3).
+    """
+
+    cell: eqx.nn.LSTMCell | eqx.nn.GRUCell
+    to_code: eqx.nn.Linear
+
+    def __init__(
+        self,
+        motor_size: int,
+        hidden_size: int,
+        code_size: int,
+        *,
+        gated: Literal["lstm", "gru"] = "lstm",
+        key: Key,
+    ) -> None:
+        cell_key, code_key = jax.random.split(key)
+        cell = eqx.nn.LSTMCell if gated == "lstm" else eqx.nn.GRUCell
+        self.cell = cell(motor_size, hidden_size, key=cell_key)
+        self.to_code = eqx.nn.Linear(hidden_size, code_size, key=code_key)
+
+    def __call__(self, motors: Motors, num_steps: Count) -> Code:
+        zero = jnp.zeros(self.cell.hidden_size)
+        state = (zero, zero) if isinstance(self.cell, eqx.nn.LSTMCell) else zero
+        # Unrolled: one compiled loop iteration holds too little work for the CPU.
+        for index, motor in enumerate(motors):
+            state = _where(index < num_steps, self._advance(motor, state), state)
+        hidden = state[0] if isinstance(state, tuple) else state
+        return jax.nn.sigmoid(self.to_code(hidden))
+
+    def _advance(self, motor: Motor, state):  # type: ignore[no-untyped-def]
+        return self.cell(motor, state)
+
+
+class SumEncoder(AbstractMotorEncoder):
+    """A comparison that cannot know the order of the commands: an MLP on their sum."""
+
+    mlp: eqx.nn.MLP
+
+    def __init__(self, motor_size: int, hidden_size: int, code_size: int, *, key: Key) -> None:
+        self.mlp = _code_mlp(motor_size, hidden_size, code_size, key=key)
+
+    def __call__(self, motors: Motors, num_steps: Count) -> Code:
+        del num_steps
+        return self.mlp(jnp.sum(motors, axis=0))
+
+
+class FlatEncoder(AbstractMotorEncoder):
+    """A comparison without recurrence: an MLP on the whole sequence laid flat."""
+
+    mlp: eqx.nn.MLP
+
+    def __init__(
+        self, motor_size: int, horizon: int, hidden_size: int, code_size: int, *, key: Key
+    ) -> None:
+        self.mlp = _code_mlp(horizon * motor_size, hidden_size, code_size, key=key)
+
+    def __call__(self, motors: Motors, num_steps: Count) -> Code:
+        del num_steps
+        return self.mlp(motors.reshape(-1))
+
+
+class ConstantEncoder(AbstractMotorEncoder):
+    """A reference that knows nothing of the commands: what is left is a no-motor model."""
+
+    code_size: int = eqx.field(static=True)
+
+    def __call__(self, motors: Motors, num_steps: Count) -> Code:
+        del motors, num_steps
+        return jnp.zeros(self.code_size)
+
+
+class IdentityEncoder(AbstractMotorEncoder):
+    """The sequence itself, laid flat: for references that are given their code."""
+
+    def __call__(self, motors: Motors, num_steps: Count) -> Code:
+        del num_steps
+        return motors.reshape(-1)
+
+
+def _code_mlp(in_size: int, width_size: int, code_size: int, *, key: Key) -> eqx.nn.MLP:
+    return eqx.nn.MLP(
+        in_size, code_size, width_size, 2, final_activation=jax.nn.sigmoid, key=key
+    )
+
+
+def _where(flag, yes, no):  # type: ignore[no-untyped-def]
+    return jax.tree.map(lambda a, b: jnp.where(flag, a, b), yes, no)

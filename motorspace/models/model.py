@@ -1,0 +1,154 @@
+"""The whole network: scaling, motor encoder, sensor predictor, inverse model."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from motorspace._types import Code, Count, Key, Motors, Sensors
+from motorspace.models.config import ModelConfig
+from motorspace.models.encoder import (
+    AbstractMotorEncoder,
+    ConstantEncoder,
+    FlatEncoder,
+    IdentityEncoder,
+    RecurrentEncoder,
+    SumEncoder,
+)
+
+
+class Scaling(eqx.Module):
+    """Largest magnitudes of sensors and commands; the network works on their shares."""
+
+    sensors: tuple[float, ...] = eqx.field(static=True)
+    motors: tuple[float, ...] = eqx.field(static=True)
+
+
+class SensorPredictor(eqx.Module):
+    """Forward model: (code, sensors now) -> sensors after the sequence, by a ReLU network.
+
+    s_{t+T} = W_4 relu(W_3 relu(W_2 relu(W_1 [h^m, s_t]))) (section 3).
+    """
+
+    mlp: eqx.nn.MLP
+
+    def __init__(
+        self, sensor_size: int, code_size: int, width_size: int, depth: int, *, key: Key
+    ) -> None:
+        self.mlp = eqx.nn.MLP(
+            code_size + sensor_size, sensor_size, width_size, depth, jax.nn.relu, key=key
+        )
+
+    def __call__(self, sensors: Sensors, code: Code) -> Sensors:
+        return self.mlp(jnp.concatenate([code, sensors]))
+
+
+class InverseModel(eqx.Module):
+    """Inverse model: (sensors now, sensors later) -> code, by a ReLU network."""
+
+    mlp: eqx.nn.MLP
+
+    def __init__(
+        self, sensor_size: int, code_size: int, width_size: int, depth: int, *, key: Key
+    ) -> None:
+        self.mlp = eqx.nn.MLP(
+            2 * sensor_size,
+            code_size,
+            width_size,
+            depth,
+            jax.nn.relu,
+            jax.nn.sigmoid,
+            key=key,
+        )
+
+    def __call__(self, sensors: Sensors, later_sensors: Sensors) -> Code:
+        return self.mlp(jnp.concatenate([sensors, later_sensors]))
+
+
+class Model(eqx.Module):
+    """The paper's system (figure 1). Methods take one element in raw units; use `vmap`."""
+
+    encoder: AbstractMotorEncoder
+    predictor: SensorPredictor
+    inverse: InverseModel | None
+    scaling: Scaling
+
+    def encode(self, motors: Motors, num_steps: Count) -> Code:
+        """The code h^m of a motor sequence."""
+        return self.encoder(motors / jnp.array(self.scaling.motors), num_steps)
+
+    def predict(self, sensors: Sensors, code: Code) -> Sensors:
+        """The sensors expected after the sequence behind `code`, raw units."""
+        scale = jnp.array(self.scaling.sensors)
+        return self.predictor(sensors / scale, code) * scale
+
+
+def build_model(config: ModelConfig, scaling: Scaling, *, horizon: int, key: Key) -> Model:
+    """A fresh network for these sensors, commands and horizon."""
+    encoder_key, predictor_key, inverse_key = jax.random.split(key, 3)
+    sensor_size, motor_size = len(scaling.sensors), len(scaling.motors)
+    hidden_size, code_size = config.hidden_size, config.code_size
+    encoder: AbstractMotorEncoder
+    match config.encoder:
+        case "lstm" | "gru":
+            encoder = RecurrentEncoder(
+                motor_size, hidden_size, code_size, gated=config.encoder, key=encoder_key
+            )
+        case "sum":
+            encoder = SumEncoder(motor_size, hidden_size, code_size, key=encoder_key)
+        case "mlp":
+            encoder = FlatEncoder(motor_size, horizon, hidden_size, code_size, key=encoder_key)
+        case "none":
+            encoder = ConstantEncoder(code_size)
+        case "identity":
+            encoder, code_size = IdentityEncoder(), horizon * motor_size
+    sizes = (sensor_size, code_size, config.width_size, config.depth)
+    predictor = SensorPredictor(*sizes, key=predictor_key)
+    inverse = InverseModel(*sizes, key=inverse_key) if config.inverse_weight > 0 else None
+    model = Model(encoder, predictor, inverse, scaling)
+    return _reinitialised(model, key=key) if config.initial_weights == "scaled" else model
+
+
+def _reinitialised(model: Model, *, key: Key) -> Model:
+    """The model with variance-preserving weights and zero biases.
+
+    ReLU layers follow He et al. (2015), all others Glorot and Bengio (2010); the recurrent
+    matrix of an LSTM is orthogonal per gate and its forget gate starts open (bias 1).
+    """
+    is_layer = lambda node: isinstance(node, eqx.nn.Linear | eqx.nn.LSTMCell)  # noqa: E731
+    leaves, structure = jax.tree.flatten(model, is_leaf=is_layer)
+    keys = jax.random.split(key, len(leaves))
+    fresh = [
+        _scaled_layer(leaf, key=k) if is_layer(leaf) else leaf
+        for leaf, k in zip(leaves, keys, strict=True)
+    ]
+    return jax.tree.unflatten(structure, fresh)
+
+
+def _scaled_layer(
+    layer: eqx.nn.Linear | eqx.nn.LSTMCell, *, key: Key
+) -> eqx.nn.Linear | eqx.nn.LSTMCell:
+    if isinstance(layer, eqx.nn.Linear):
+        out_size, in_size = layer.weight.shape
+        weight = jax.nn.initializers.he_normal(1, 0)(key, (out_size, in_size))
+        return eqx.tree_at(
+            lambda m: (m.weight, m.bias), layer, (weight, jnp.zeros((out_size,)))
+        )
+    input_key, hidden_key = jax.random.split(key)
+    hidden_size, in_size = layer.hidden_size, layer.input_size
+    glorot = jax.nn.initializers.glorot_uniform(1, 0)
+    orthogonal = jax.nn.initializers.orthogonal()
+    from_input = [glorot(k, (hidden_size, in_size)) for k in jax.random.split(input_key, 4)]
+    from_hidden = [
+        orthogonal(k, (hidden_size, hidden_size)) for k in jax.random.split(hidden_key, 4)
+    ]
+    bias: Float[Array, " H4"] = jnp.zeros(4 * hidden_size)
+    return eqx.tree_at(
+        lambda m: (m.weight_ih, m.weight_hh, m.bias),
+        layer,
+        (
+            jnp.concatenate(from_input),
+            jnp.concatenate(from_hidden),
+            bias.at[hidden_size : 2 * hidden_size].set(1.0),
+        ),
+    )

@@ -1,0 +1,1 @@
+"""Learning: configuration, the compiled loop, and the folder of a run."""

@@ -1,0 +1,124 @@
+"""A run as data: every parameter of the paper, every point it leaves open."""
+
+import math
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import jax.numpy as jnp
+
+from motorspace._types import Collision, Count, Key
+from motorspace.models import ModelConfig
+from motorspace.trajectories import Experience, ExperienceSource, simulate
+from motorspace.worlds import (
+    AbstractAgent,
+    AbstractSensor,
+    AbstractWorld,
+    ForwardAgent,
+    HolonomicAgent,
+    LatticeAgent,
+    LatticeWorld,
+    NodeIndex,
+    RangeFan,
+    layout,
+)
+
+AgentName = Literal["lattice", "forward", "holonomic"]
+
+
+@dataclass(frozen=True)
+class SimulationConfig:
+    """Where the experience comes from when it is simulated."""
+
+    agent: AgentName = "forward"
+    """Which agent explores."""
+    layout: str = "paper"
+    """Walls of the continuous world: a bundled layout, a layout file, or rooms:SEED."""
+    max_rotation: float = 0.8
+    """Largest body rotation per step, in units of pi."""
+    horizon: int = 6
+    """Motor commands per trajectory (T)."""
+    min_horizon: int | None = None
+    """Shortest trajectory, when lengths are drawn from min_horizon to horizon."""
+    num_rays: int = 9
+    """Distance sensors."""
+    max_range: float = 10.0
+    """Range of the distance sensors, world units."""
+    field_of_view: float = 1.0
+    """Field of view of the distance sensors, in units of pi."""
+    collision: Collision = "resample"
+    """A command that a wall forbids: resample draws another, block discards its translation."""
+    head_rule: Literal["set", "turn"] = "set"
+    """The head command: set the head's angle, or turn the head by it."""
+    head_start: Literal["aligned", "random"] = "aligned"
+    """The head's angle when a trajectory begins."""
+    sense_head: bool = False
+    """Whether the head's angle is one more sensor."""
+    lattice_size: int = 6
+    """Nodes along each side of the lattice."""
+
+    def build(self) -> tuple[AbstractWorld, AbstractAgent, AbstractSensor[Any]]:
+        """The world, the agent and its sensors."""
+        if self.agent == "lattice":
+            side = self.lattice_size
+            return LatticeWorld(side, side), LatticeAgent(), NodeIndex()
+        rotation = self.max_rotation * math.pi
+        agent = (
+            ForwardAgent(rotation)
+            if self.agent == "forward"
+            else HolonomicAgent(rotation, self.head_rule, self.head_start)
+        )
+        fan = RangeFan(
+            self.num_rays, self.max_range, self.field_of_view * math.pi, self.sense_head
+        )
+        return layout(self.layout), agent, fan
+
+
+@dataclass(frozen=True)
+class TrainingConfig:
+    """How a network is fitted; the defaults are the paper's budget for continuous worlds."""
+
+    epochs: int = 5000
+    """Passes, each over fresh trajectories."""
+    trajectories_per_epoch: int = 2000
+    """Trajectories drawn for each epoch."""
+    batch_size: int = 100
+    """Trajectories per update."""
+    learning_rate: float = 1e-3
+    """Adam's (peak) learning rate."""
+    schedule: Literal["cosine", "constant"] = "cosine"
+    """cosine: warm-up over 1% of the updates, then decay to zero; constant: the plain recipe."""
+    curriculum: float = 0.2
+    """Share of the epochs, from the first, whose trajectories have any length from 1 to T."""
+    seed: int = 0
+    """Seed of the initial weights and of every trajectory."""
+
+
+@dataclass(frozen=True)
+class RunConfig:
+    """Everything that determines a run."""
+
+    simulation: SimulationConfig = field(default_factory=SimulationConfig)
+    model: ModelConfig = field(default_factory=ModelConfig)
+    training: TrainingConfig = field(default_factory=TrainingConfig)
+
+
+def fresh_trajectories(config: RunConfig) -> ExperienceSource:
+    """The source that simulates new trajectories for every epoch.
+
+    With large rotations the outcome of T commands says almost nothing about any one of them,
+    much as a parity of T bits, and learning sits still. Short sequences show what each command
+    does, so the first epochs (`curriculum`) draw every length from 1 to T.
+    """
+    world, agent, sensor = config.simulation.build()
+    simulation, training = config.simulation, config.training
+    shortest = simulation.min_horizon or simulation.horizon
+    curriculum_epochs = round(training.curriculum * training.epochs)
+
+    def draw(key: Key, epoch: Count) -> Experience:
+        low = jnp.where(epoch < curriculum_epochs, 1, shortest)
+        horizons, num = (low, simulation.horizon), training.trajectories_per_epoch
+        return simulate(
+            world, agent, sensor, num, horizons, simulation.collision, key
+        ).experience
+
+    return draw

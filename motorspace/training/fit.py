@@ -1,0 +1,145 @@
+"""The one training loop: an epoch is one compiled program."""
+
+from collections.abc import Callable
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import optax
+from jaxtyping import Array, Int
+
+from motorspace._errors import UserError
+from motorspace._types import Count, Key, Scalar
+from motorspace.models import Model, ModelConfig, Scaling, build_model
+from motorspace.models.losses import code_variance, encode_all, inverse_loss, prediction_loss
+from motorspace.training.config import TrainingConfig
+from motorspace.trajectories import Experience, ExperienceSource
+
+COLLAPSED_BELOW = 1e-5
+"""Codes in [0, 1] whose mean variance is below this carry nothing: they have collapsed."""
+
+
+class TrainState(eqx.Module):
+    """All that training carries from one epoch to the next."""
+
+    model: Model
+    optimiser: optax.OptState
+    epoch: Int[Array, ""]
+
+
+class EpochRecord(eqx.Module):
+    """What is logged of one epoch: means over its updates."""
+
+    prediction_loss: Scalar
+    inverse_loss: Scalar
+    code_variance: Scalar
+
+
+def optimiser(config: TrainingConfig) -> optax.GradientTransformation:
+    """Adam with the configured schedule."""
+    if config.schedule == "constant":
+        return optax.adam(config.learning_rate)
+    updates = config.epochs * (config.trajectories_per_epoch // config.batch_size)
+    warm_up = max(1, updates // 100)
+    schedule = optax.warmup_cosine_decay_schedule(
+        0.0, config.learning_rate, warm_up, max(updates, warm_up + 1)
+    )
+    return optax.adam(schedule)
+
+
+def init(
+    config: TrainingConfig, model: ModelConfig, scaling: Scaling, *, horizon: int
+) -> TrainState:
+    """The state before the first epoch."""
+    if config.epochs < 1 or not 1 <= config.batch_size <= config.trajectories_per_epoch:
+        raise UserError(
+            f"{config.epochs} epochs of {config.trajectories_per_epoch} trajectories in batches "
+            f"of {config.batch_size} are no training",
+            remedy="ask for at least one epoch, and a batch between 1 and the epoch's size",
+        )
+    weights_key, _ = jax.random.split(jax.random.key(config.seed))
+    network = build_model(model, scaling, horizon=horizon, key=weights_key)
+    parameters = eqx.filter(network, eqx.is_inexact_array)
+    return TrainState(network, optimiser(config).init(parameters), jnp.zeros((), jnp.int32))
+
+
+@eqx.filter_jit
+def train_epoch(
+    state: TrainState,
+    source: ExperienceSource,
+    config: TrainingConfig,
+    inverse_weight: float,
+) -> tuple[TrainState, EpochRecord]:
+    """The state after one more epoch, and its record.
+
+    Randomness is a function of the seed and the epoch's number alone: a resumed run continues
+    to the same weights.
+    """
+    _, epochs_key = jax.random.split(jax.random.key(config.seed))
+    epoch_key = jax.random.fold_in(epochs_key, state.epoch)
+    adam = optimiser(config)
+    batches = _batches(source, config, state.epoch, key=epoch_key)
+    trainable, fixed = eqx.partition(state.model, eqx.is_inexact_array)
+
+    def loss(trainable: Model, batch: Experience) -> tuple[Scalar, EpochRecord]:
+        model = eqx.combine(trainable, fixed)
+        codes = encode_all(model, batch)
+        prediction = prediction_loss(model, batch, codes)
+        inverse = inverse_loss(model, batch, codes)
+        record = EpochRecord(prediction, inverse, code_variance(codes))
+        return prediction + inverse_weight * inverse, record
+
+    def update(
+        carry: tuple[Model, optax.OptState], batch: Experience
+    ) -> tuple[tuple[Model, optax.OptState], EpochRecord]:
+        trainable, moments = carry
+        gradients, record = jax.grad(loss, has_aux=True)(trainable, batch)
+        steps, moments = adam.update(gradients, moments)
+        return (optax.apply_updates(trainable, steps), moments), record
+
+    (trainable, moments), records = jax.lax.scan(update, (trainable, state.optimiser), batches)
+    model = eqx.combine(trainable, fixed)
+    mean = jax.tree.map(jnp.mean, records)
+    return TrainState(model, moments, state.epoch + 1), mean
+
+
+def _batches(
+    source: ExperienceSource, config: TrainingConfig, epoch: Count, *, key: Key
+) -> Experience:
+    """One epoch's transitions, [updates, batch, ...]."""
+    updates = config.trajectories_per_epoch // config.batch_size
+    if isinstance(source, Experience):
+        rows = jax.random.choice(key, len(source), (updates, config.batch_size))
+        return jax.tree.map(lambda leaf: leaf[rows], source)
+    drawn = source(key, epoch)
+    shape = (updates, config.batch_size)
+    return jax.tree.map(
+        lambda leaf: leaf[: updates * config.batch_size].reshape(*shape, *leaf.shape[1:]), drawn
+    )
+
+
+def fit(
+    config: TrainingConfig,
+    state: TrainState,
+    source: ExperienceSource,
+    *,
+    inverse_weight: float = 0.0,
+    watch: Callable[[TrainState, dict[str, float]], None] = lambda state, record: None,
+) -> TrainState:
+    """Train from `state` to the configured number of epochs.
+
+    `source` is a fixed `Experience` (batches are drawn with replacement) or a function from a
+    key and the epoch to fresh transitions. `watch` is called after every epoch with the state and its
+    record. Raises `UserError` when the loss stops being finite; what `watch` was given before
+    stays valid.
+    """
+    for epoch in range(int(state.epoch), config.epochs):
+        state, record = train_epoch(state, source, config, inverse_weight)
+        logged = {name: float(value) for name, value in vars(record).items()}
+        if not all(jnp.isfinite(value) for value in logged.values()):
+            raise UserError(
+                f"the loss is no longer finite after epoch {epoch + 1}",
+                remedy="lower the learning rate and resume, or check the data for extreme values",
+            )
+        watch(state, {"epoch": epoch + 1, **logged})
+    return state

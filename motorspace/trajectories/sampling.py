@@ -1,0 +1,90 @@
+"""Draw trajectories from a world: same key, same trajectories."""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from motorspace._errors import UserError
+from motorspace._types import Collision, Count, Key
+from motorspace.trajectories.trajectories import Displacements, Experience, Trajectories
+from motorspace.worlds.agents import AbstractAgent
+from motorspace.worlds.geometry import relative
+from motorspace.worlds.sensors import AbstractSensor
+from motorspace.worlds.simulation import explore, nominal_displacement
+from motorspace.worlds.world import AbstractWorld
+
+CHUNK_SIZE = 8192
+"""Trajectories simulated at once: memory stays bounded however many are asked for."""
+
+
+def sample(
+    world: AbstractWorld,
+    agent: AbstractAgent,
+    sensor: AbstractSensor[Any],
+    *,
+    num: int,
+    horizon: int,
+    min_horizon: int | None = None,
+    collision: Collision = "resample",
+    key: Key,
+) -> Trajectories:
+    """`num` trajectories of `horizon` random commands each, from random free places.
+
+    With `min_horizon` every trajectory draws its length uniformly from `min_horizon` to
+    `horizon`. `collision` says what becomes of a command that a wall forbids: `"resample"`
+    draws another, so that the displacement is a function of the sequence; `"block"` logs it
+    and discards its translation. Trajectory i depends on `key` and i alone.
+
+    Raises `UserError` for sizes below one.
+    """
+    shortest = horizon if min_horizon is None else min_horizon
+    if num < 1 or shortest < 1 or horizon < shortest:
+        raise UserError(
+            f"cannot sample {num} trajectories of {shortest} to {horizon} steps",
+            remedy="ask for at least one trajectory of at least one step",
+        )
+    return simulate(world, agent, sensor, num, (jnp.array(shortest), horizon), collision, key)
+
+
+@eqx.filter_jit
+def simulate(
+    world: AbstractWorld,
+    agent: AbstractAgent,
+    sensor: AbstractSensor[Any],
+    num: int,
+    horizons: tuple[Count, int],
+    collision: Collision,
+    key: Key,
+) -> Trajectories:
+    """What `sample` returns, compiled; the shortest horizon may be an array."""
+
+    def one(key: Key) -> Trajectories:
+        place_key, head_key, steps_key, motor_key = jax.random.split(key, 4)
+        shortest, horizon = horizons
+        start = agent.start(world.place(key=place_key), key=head_key)
+        num_steps = jax.random.randint(steps_key, (), shortest, horizon + 1)
+        done = explore(
+            world,
+            agent,
+            start,
+            num_steps=num_steps,
+            horizon=horizon,
+            collision=collision,
+            key=motor_key,
+        )
+        experience = Experience(
+            sensors=sensor.sense(world, start),
+            motors=done.motors,
+            num_steps=done.steps_done,
+            later_sensors=sensor.sense(world, done.pose),
+        )
+        displacements = Displacements(
+            nominal=nominal_displacement(agent, start, done.motors, done.steps_done),
+            achieved=relative(start, done.pose),
+        )
+        return Trajectories(experience, displacements)
+
+    keys = jax.random.split(key, num)
+    return jax.lax.map(one, keys, batch_size=min(CHUNK_SIZE, num))
