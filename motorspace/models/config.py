@@ -22,5 +22,9 @@ class ModelConfig:
     """ReLU layers of the predictor."""
     inverse_weight: float = 0.0
     """Weight of the inverse model's loss; 0 leaves it out."""
+    train_encoder: bool = True
+    """False leaves the encoder at its initial weights: a reference for what training adds."""
+    motor_scaling: Literal["raw", "maximum"] = "raw"
+    """Commands as they are (radians, world units), or divided by their largest magnitude."""
     initial_weights: Literal["scaled", "uniform"] = "scaled"
     """scaled: variance-preserving; uniform: within 1 / sqrt(inputs), the plain recipe."""

@@ -18,7 +18,7 @@ from motorspace.models.encoder import (
 
 
 class Scaling(eqx.Module):
-    """Largest magnitudes of sensors and commands; the network works on their shares."""
+    """What each sensor and each command channel is divided by before the network sees it."""
 
     sensors: tuple[float, ...] = eqx.field(static=True)
     motors: tuple[float, ...] = eqx.field(static=True)

@@ -1,14 +1,16 @@
 """A run as data: every parameter of the paper, every point it leaves open."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import jax.numpy as jnp
 
+from motorspace._errors import UserError
 from motorspace._types import Collision, Count, Key
-from motorspace.models import ModelConfig
-from motorspace.trajectories import Experience, ExperienceSource, simulate
+from motorspace.models import ModelConfig, Scaling
+from motorspace.trajectories import ExperienceSource, SamplingPlan, Trajectories, simulate
 from motorspace.worlds import (
     AbstractAgent,
     AbstractSensor,
@@ -83,12 +85,12 @@ class TrainingConfig:
     """Trajectories drawn for each epoch."""
     batch_size: int = 100
     """Trajectories per update."""
-    learning_rate: float = 1e-3
+    learning_rate: float = 2e-3
     """Adam's (peak) learning rate."""
     schedule: Literal["cosine", "constant"] = "cosine"
     """cosine: warm-up over 1% of the updates, then decay to zero; constant: the plain recipe."""
-    curriculum: float = 0.2
-    """Share of the epochs, from the first, whose trajectories have any length from 1 to T."""
+    curriculum: float = 0.3
+    """Share of the epochs, from the first, over which the longest trajectory grows from 1 to T."""
     seed: int = 0
     """Seed of the initial weights and of every trajectory."""
 
@@ -102,23 +104,53 @@ class RunConfig:
     training: TrainingConfig = field(default_factory=TrainingConfig)
 
 
-def fresh_trajectories(config: RunConfig) -> ExperienceSource:
-    """The source that simulates new trajectories for every epoch.
+def simulator(config: RunConfig) -> Callable[[Key, Count], Trajectories]:
+    """A function from a key and the epoch to one epoch's new trajectories.
 
     With large rotations the outcome of T commands says almost nothing about any one of them,
-    much as a parity of T bits, and learning sits still. Short sequences show what each command
-    does, so the first epochs (`curriculum`) draw every length from 1 to T.
+    much as a parity of T bits, and learning sits still. So the first epochs (`curriculum`) draw
+    shorter sequences, of 1 command and then of up to 2, 3 ... T, which show what each one does.
     """
     world, agent, sensor = config.simulation.build()
     simulation, training = config.simulation, config.training
     shortest = simulation.min_horizon or simulation.horizon
     curriculum_epochs = round(training.curriculum * training.epochs)
 
-    def draw(key: Key, epoch: Count) -> Experience:
-        low = jnp.where(epoch < curriculum_epochs, 1, shortest)
-        horizons, num = (low, simulation.horizon), training.trajectories_per_epoch
-        return simulate(
-            world, agent, sensor, num, horizons, simulation.collision, key
-        ).experience
+    def draw(key: Key, epoch: Count) -> Trajectories:
+        young = epoch < curriculum_epochs
+        grown = 1 + epoch * simulation.horizon // max(curriculum_epochs, 1)
+        lengths = (jnp.where(young, 1, shortest), jnp.where(young, grown, simulation.horizon))
+        plan = SamplingPlan(training.trajectories_per_epoch, simulation.horizon, simulation.collision)
+        return simulate(world, agent, sensor, plan, lengths, key=key)
 
     return draw
+
+
+def fresh_experience(config: RunConfig) -> ExperienceSource:
+    """The source that simulates new transitions for every epoch."""
+    draw = simulator(config)
+    return lambda key, epoch: draw(key, epoch).experience
+
+
+def simulation_scaling(config: RunConfig) -> Scaling:
+    """What simulated sensors and commands are divided by."""
+    world, agent, sensor = config.simulation.build()
+    raw = config.model.motor_scaling == "raw"
+    motors = (1.0,) * len(agent.motor_scale) if raw else agent.motor_scale
+    return Scaling(sensor.scale(world), motors)
+
+
+def config_from_json(value: Any, *, where: object) -> RunConfig:
+    """The configuration that `dataclasses.asdict` wrote. Raises `UserError` if it is broken."""
+    try:
+        return RunConfig(
+            SimulationConfig(**value["simulation"]),
+            ModelConfig(**value["model"]),
+            TrainingConfig(**value["training"]),
+        )
+    except (KeyError, TypeError) as error:
+        raise UserError(
+            f"the configuration is not one of this version ({error})",
+            where=where,
+            remedy="train the run anew",
+        ) from None

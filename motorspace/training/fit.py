@@ -68,7 +68,7 @@ def train_epoch(
     state: TrainState,
     source: ExperienceSource,
     config: TrainingConfig,
-    inverse_weight: float,
+    model_config: ModelConfig,
 ) -> tuple[TrainState, EpochRecord]:
     """The state after one more epoch, and its record.
 
@@ -84,10 +84,12 @@ def train_epoch(
     def loss(trainable: Model, batch: Experience) -> tuple[Scalar, EpochRecord]:
         model = eqx.combine(trainable, fixed)
         codes = encode_all(model, batch)
+        if not model_config.train_encoder:
+            codes = jax.lax.stop_gradient(codes)
         prediction = prediction_loss(model, batch, codes)
         inverse = inverse_loss(model, batch, codes)
         record = EpochRecord(prediction, inverse, code_variance(codes))
-        return prediction + inverse_weight * inverse, record
+        return prediction + model_config.inverse_weight * inverse, record
 
     def update(
         carry: tuple[Model, optax.OptState], batch: Experience
@@ -120,10 +122,10 @@ def _batches(
 
 def fit(
     config: TrainingConfig,
+    model: ModelConfig,
     state: TrainState,
     source: ExperienceSource,
     *,
-    inverse_weight: float = 0.0,
     watch: Callable[[TrainState, dict[str, float]], None] = lambda state, record: None,
 ) -> TrainState:
     """Train from `state` to the configured number of epochs.
@@ -134,7 +136,7 @@ def fit(
     stays valid.
     """
     for epoch in range(int(state.epoch), config.epochs):
-        state, record = train_epoch(state, source, config, inverse_weight)
+        state, record = train_epoch(state, source, config, model)
         logged = {name: float(value) for name, value in vars(record).items()}
         if not all(jnp.isfinite(value) for value in logged.values()):
             raise UserError(

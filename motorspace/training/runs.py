@@ -17,21 +17,21 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
-from safetensors import SafetensorError, safe_open
-from safetensors.numpy import save
+from safetensors import SafetensorError
+from safetensors.numpy import load, save
 
 from motorspace._errors import UserError
 from motorspace.models import Model, Scaling
 from motorspace.models.losses import encode_all
-from motorspace.training.config import RunConfig, read_config
-from motorspace.training.fit import TrainState, fit, init
+from motorspace.training.config import RunConfig, config_from_json
+from motorspace.training.fit import COLLAPSED_BELOW, TrainState, fit, init
 from motorspace.trajectories import Experience, ExperienceSource
 
 FORMAT_VERSION = 1
@@ -45,6 +45,13 @@ class Run:
     config: RunConfig
     model: Model
     log: tuple[dict[str, float], ...] = ()
+
+    @property
+    def collapsed(self) -> bool:
+        """Whether the codes stopped varying with the commands by the end of training."""
+        last = self.log[-1]["code_variance"] if self.log else float("inf")
+        encodes = self.config.model.encoder not in ("none", "identity")
+        return encodes and last < COLLAPSED_BELOW
 
     def encode(
         self, motors: Float[Array, "N T M"], num_steps: Int[Array, " N"] | None = None
@@ -87,31 +94,224 @@ def train(
     Raises `UserError` when the folder holds another run, another process trains in it, or the
     loss stops being finite (the last good checkpoint stays).
     """
-    horizon = config.simulation.horizon if isinstance(source, Callable) else 0  # type: ignore[arg-type]
-    if isinstance(source, Experience):
-        horizon = source.motors.shape[1]
+    horizon = _horizon(source)
     state = init(config.training, config.model, scaling, horizon=horizon)
-    weight = config.model.inverse_weight
-    log: list[dict[str, float]] = []
     if folder is None:
-        state = fit(
-            config.training,
-            state,
-            source,
-            inverse_weight=weight,
-            watch=lambda _, record: (log.append(record), watch(record))[0],
-        )
+        log: list[dict[str, float]] = []
+
+        def keep(_: TrainState, record: dict[str, float]) -> None:
+            log.append(record)
+            watch(record)
+
+        state = fit(config.training, config.model, state, source, watch=keep)
         return Run(config, state.model, tuple(log))
 
     with locked(folder):
-        _claim(folder, config, resume=resume)
-        state, log = _restore(folder, state)
-        keeper = _Keeper(folder, state, log, watch)
+        _claim(folder, config, scaling, horizon, resume=resume)
+        keeper = _Keeper(folder, *_restore(folder, state), watch)
         try:
-            state = fit(
-                config.training, state, source, inverse_weight=weight, watch=keeper.record
-            )
+            state = fit(config.training, config.model, keeper.state, source, watch=keeper.record)
         finally:
             keeper.write()
-        write_atomically(folder / "weights.safetensors", pack(state.model, {}))
-    return Run(config, state.model, tuple(log))
+        write_atomically(folder / "weights.safetensors", _packed(state.model))
+    return Run(config, state.model, tuple(keeper.log))
+
+
+def _horizon(source: ExperienceSource) -> int:
+    if isinstance(source, Experience):
+        return source.motors.shape[1]
+    epoch = jax.ShapeDtypeStruct((), jnp.int32)
+    return int(eqx.filter_eval_shape(source, jax.random.key(0), epoch).motors.shape[1])
+
+
+def load_run(folder: Path) -> Run:
+    """The finished run in a folder. Raises `UserError` when there is none, or it is broken."""
+    described = _read_description(folder)
+    config = config_from_json(described["config"], where=folder / "config.json")
+    scaling = Scaling(*(tuple(described["scaling"][part]) for part in ("sensors", "motors")))
+    weights = folder / "weights.safetensors"
+    if not weights.exists():
+        raise UserError(
+            "this run is not finished", where=folder, remedy="continue it with --resume"
+        )
+    state = init(config.training, config.model, scaling, horizon=described["horizon"])
+    model = _unpacked(state.model, weights)
+    return Run(config, model, tuple(_read_log(folder)))
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Hold a folder for this process alone; the lock goes with the process, however it ends."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        handle = (folder / ".lock").open("w")
+    except OSError as error:
+        raise UserError(
+            f"the folder cannot be written ({error.strerror})",
+            where=folder,
+            remedy="choose another folder",
+        ) from None
+    with handle:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise UserError(
+                "another process is training in this folder",
+                where=folder,
+                remedy="wait for it, or choose another folder",
+            ) from None
+        yield
+
+
+def write_atomically(path: Path, content: bytes) -> None:
+    """Replace a file as a whole: a reader sees the old bytes or the new ones."""
+    beside = path.with_name(f"{path.name}.{os.getpid()}.part")
+    try:
+        with beside.open("wb") as handle:
+            handle.write(content)
+            handle.flush()
+            os.fsync(handle.fileno())
+        beside.replace(path)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def write_json(path: Path, value: Any) -> None:
+    """Replace a JSON file as a whole."""
+    write_atomically(path, (json.dumps(value, indent=1) + "\n").encode())
+
+
+class _Keeper:
+    """Writes log and checkpoint as training goes on."""
+
+    def __init__(
+        self,
+        folder: Path,
+        state: TrainState,
+        log: list[dict[str, float]],
+        watch: Callable[[dict[str, float]], None],
+    ) -> None:
+        self.folder, self.state, self.log, self.watch = folder, state, log, watch
+        self.written = time.monotonic()
+
+    def record(self, state: TrainState, record: dict[str, float]) -> None:
+        self.state = state
+        self.log.append(record)
+        self.watch(record)
+        if time.monotonic() - self.written > CHECKPOINT_SECONDS:
+            self.write()
+
+    def write(self) -> None:
+        # The log first: one that is ahead of its checkpoint is cut back on resuming.
+        lines = "".join(json.dumps(record) + "\n" for record in self.log)
+        write_atomically(self.folder / "log.jsonl", lines.encode())
+        write_atomically(self.folder / "checkpoint.safetensors", _packed(self.state))
+        self.written = time.monotonic()
+
+
+def _claim(
+    folder: Path, config: RunConfig, scaling: Scaling, horizon: int, *, resume: bool
+) -> None:
+    """Make the folder this run's own, or make sure that it already is."""
+    path = folder / "config.json"
+    described = {
+        "format_version": FORMAT_VERSION,
+        "config": dataclasses.asdict(config),
+        "scaling": dataclasses.asdict(scaling),
+        "horizon": horizon,
+    }
+    if not path.exists():
+        write_json(path, described)
+        return
+    if not resume:
+        raise UserError(
+            "the folder already holds a run",
+            where=folder,
+            remedy="continue it with --resume, or choose another folder",
+        )
+    found = _read_description(folder)
+    wanted = json.loads(json.dumps(described))
+    if found != wanted:
+        names = ", ".join(_differences(found, wanted))
+        raise UserError(
+            f"the folder belongs to another configuration (different: {names})",
+            where=folder,
+            remedy="choose another folder, or the flags it was started with",
+        )
+
+
+def _restore(folder: Path, state: TrainState) -> tuple[TrainState, list[dict[str, float]]]:
+    path = folder / "checkpoint.safetensors"
+    if not path.exists():
+        return state, []
+    restored = _unpacked(state, path)
+    return restored, _read_log(folder)[: int(restored.epoch)]
+
+
+def _read_description(folder: Path) -> dict[str, Any]:
+    path = folder / "config.json"
+    try:
+        described = json.loads(path.read_bytes())
+        if described["format_version"] != FORMAT_VERSION:
+            raise ValueError
+    except FileNotFoundError:
+        raise UserError(
+            "there is no run here", where=folder, remedy="give a folder made by motorspace train"
+        ) from None
+    except (OSError, ValueError, KeyError, TypeError):
+        raise UserError(
+            "the run's configuration cannot be read", where=path, remedy="train the run anew"
+        ) from None
+    return dict(described)
+
+
+def _read_log(folder: Path) -> list[dict[str, float]]:
+    path = folder / "log.jsonl"
+    try:
+        return [json.loads(line) for line in path.read_text().splitlines()]
+    except FileNotFoundError:
+        return []
+    except (OSError, ValueError):
+        raise UserError(
+            "the run's log cannot be read", where=path, remedy="train the run anew"
+        ) from None
+
+
+def _differences(found: Any, wanted: Any, name: str = "") -> list[str]:
+    if isinstance(found, dict) and isinstance(wanted, dict):
+        keys = sorted(found.keys() | wanted.keys())
+        return [d for k in keys for d in _differences(found.get(k), wanted.get(k), k)]
+    return [] if found == wanted else [name]
+
+
+def _named_arrays(tree: Any) -> dict[str, Array]:
+    leaves = jax.tree_util.tree_leaves_with_path(eqx.filter(tree, eqx.is_array))
+    return {jax.tree_util.keystr(path): leaf for path, leaf in leaves}
+
+
+def _packed(tree: Any) -> bytes:
+    return save({name: np.asarray(leaf) for name, leaf in _named_arrays(tree).items()})
+
+
+Tree = TypeVar("Tree")
+
+
+def _unpacked(template: Tree, path: Path) -> Tree:
+    """`template` with the arrays of a file. Raises `UserError` unless all of them fit."""
+    try:
+        stored = load(path.read_bytes())
+    except (OSError, SafetensorError):
+        raise UserError(
+            "the file is cut off or damaged", where=path, remedy="train the run anew"
+        ) from None
+    expected = {name: (a.shape, a.dtype) for name, a in _named_arrays(template).items()}
+    if {name: (a.shape, a.dtype) for name, a in stored.items()} != expected:
+        raise UserError(
+            "the weights do not fit the run's configuration",
+            where=path,
+            remedy="train the run anew",
+        )
+    arrays, rest = eqx.partition(template, eqx.is_array)
+    leaves, structure = jax.tree_util.tree_flatten_with_path(arrays)
+    loaded = [jnp.asarray(stored[jax.tree_util.keystr(path)]) for path, _ in leaves]
+    return eqx.combine(jax.tree.unflatten(structure, loaded), rest)

@@ -1,5 +1,6 @@
 """What happened: transitions sampled from a world or read from a robot's log."""
 
+from motorspace.trajectories.sampling import SamplingPlan as SamplingPlan
 from motorspace.trajectories.sampling import sample as sample
 from motorspace.trajectories.sampling import simulate as simulate
 from motorspace.trajectories.trajectories import Displacements as Displacements

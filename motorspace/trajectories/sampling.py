@@ -1,6 +1,6 @@
 """Draw trajectories from a world: same key, same trajectories."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -45,7 +45,16 @@ def sample(
             f"cannot sample {num} trajectories of {shortest} to {horizon} steps",
             remedy="ask for at least one trajectory of at least one step",
         )
-    return simulate(world, agent, sensor, num, (jnp.array(shortest), horizon), collision, key)
+    plan, lengths = SamplingPlan(num, horizon, collision), (jnp.array(shortest), jnp.array(horizon))
+    return simulate(world, agent, sensor, plan, lengths, key=key)
+
+
+class SamplingPlan(NamedTuple):
+    """What is fixed when sampling is compiled."""
+
+    num: int
+    horizon: int
+    collision: Collision
 
 
 @eqx.filter_jit
@@ -53,25 +62,24 @@ def simulate(
     world: AbstractWorld,
     agent: AbstractAgent,
     sensor: AbstractSensor[Any],
-    num: int,
-    horizons: tuple[Count, int],
-    collision: Collision,
+    plan: SamplingPlan,
+    lengths: tuple[Count, Count],
+    *,
     key: Key,
 ) -> Trajectories:
-    """What `sample` returns, compiled; the shortest horizon may be an array."""
+    """What `sample` returns, compiled; the shortest and longest length may be traced."""
 
     def one(key: Key) -> Trajectories:
         place_key, head_key, steps_key, motor_key = jax.random.split(key, 4)
-        shortest, horizon = horizons
         start = agent.start(world.place(key=place_key), key=head_key)
-        num_steps = jax.random.randint(steps_key, (), shortest, horizon + 1)
+        num_steps = jax.random.randint(steps_key, (), lengths[0], lengths[1] + 1)
         done = explore(
             world,
             agent,
             start,
             num_steps=num_steps,
-            horizon=horizon,
-            collision=collision,
+            horizon=plan.horizon,
+            collision=plan.collision,
             key=motor_key,
         )
         experience = Experience(
@@ -86,5 +94,5 @@ def simulate(
         )
         return Trajectories(experience, displacements)
 
-    keys = jax.random.split(key, num)
-    return jax.lax.map(one, keys, batch_size=min(CHUNK_SIZE, num))
+    keys = jax.random.split(key, plan.num)
+    return jax.lax.map(one, keys, batch_size=min(CHUNK_SIZE, plan.num))

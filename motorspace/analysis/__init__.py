@@ -1,0 +1,1 @@
+"""Is it organised? Measures that work on anybody's codes and displacements."""

@@ -1,0 +1,191 @@
+"""The command line: parse, call, print. The only `print` and the only `sys.exit`."""
+
+import json
+import os
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import tyro
+
+from motorspace import paper
+from motorspace._errors import UserError
+from motorspace.training import RunConfig, fresh_experience, load_run, simulation_scaling, train
+from motorspace.training.runs import write_json
+
+Watch = Callable[[dict[str, float]], None]
+Flag = tyro.conf.FlagCreatePairsOff[bool]
+AsJson = Annotated[Flag, tyro.conf.arg(name="json", help="Print the results as JSON.")]
+Preset = tyro.extras.subcommand_type_from_defaults(paper.PRESETS, prefix_names=False)
+
+app = tyro.extras.SubcommandApp()
+
+
+@app.command(name="train")
+def train_command(
+    config: Preset = paper.FORWARD,  # type: ignore[valid-type]
+    out: Path | None = None,
+    data: Path | None = None,
+    resume: Flag = False,
+) -> None:
+    """Train one network, in simulation or on a recorded robot.
+
+    Args:
+        config: The paper's system to start from; every flag changes one of its parameters.
+        out: Folder of the run; runs/AGENT-SEED when left out.
+        data: A robot's log to learn from instead of a simulation (CARMEN, CSV or Parquet).
+        resume: Continue the run in this folder from its last checkpoint.
+    """
+    run: RunConfig = config
+    name = run.simulation.agent if data is None else data.name.partition(".")[0]
+    folder = out or Path("runs") / f"{name}-{run.training.seed}"
+    if data is None:
+        source, scaling = fresh_experience(run), simulation_scaling(run)
+    else:
+        from motorspace import robots
+
+        run, source, scaling = robots.training_data(data, run)
+    with progress("training", run.training.epochs) as watch:
+        trained = train(run, source, scaling, folder, resume=resume, watch=watch)
+    if trained.collapsed:
+        print("the codes have collapsed: they no longer vary with the commands", file=sys.stderr)
+    print(f"finished: {folder}; measure it with: motorspace evaluate {folder}")
+
+
+@app.command(name="evaluate")
+def evaluate_command(
+    run: tyro.conf.Positional[Path], num: int = 100_000, as_json: AsJson = False
+) -> None:
+    """Measure a run on fresh trajectories, beside its reference rows.
+
+    Args:
+        run: The run's folder.
+        num: Fresh trajectories to measure on.
+    """
+    if num < 1:
+        raise UserError(f"cannot measure on {num} trajectories", remedy="ask for at least one")
+    measured = paper.measure(load_run(run), num=num)
+    write_json(run / "evaluation.json", measured)
+    show(measured, as_json=as_json)
+
+
+@app.command(name="inspect")
+def inspect_command(file: tyro.conf.Positional[Path], as_json: AsJson = False) -> None:
+    """Describe a recorded robot's log.
+
+    Args:
+        file: A CARMEN log (plain or gzip), a CSV or a Parquet table.
+    """
+    from motorspace.trajectories.logs import describe, read_log
+
+    show(describe(read_log(file)), as_json=as_json)
+
+
+@app.command(name="reproduce")
+def reproduce_command(
+    what: tyro.conf.Positional[Literal["lattice", "table", "figures", "all"]] = "all",
+    budget: paper.Budget = "quick",
+    out: Path = Path("runs/paper"),
+    seeds: int = 3,
+    parts: tuple[paper.Part, ...] = ("model", "oracle", "untrained"),
+    jobs: int = 2,
+) -> None:
+    """Repeat the paper's experiments; finished work is never repeated.
+
+    Args:
+        what: Which of the paper's experiments.
+        budget: Share of the paper's epochs: quick 2%, fifth 20%, paper all.
+        out: Folder of all runs and results.
+        seeds: Seeds of every cell.
+        parts: The rows to train: the model, its oracle, its untrained encoder.
+        jobs: Runs trained at once, each in a process of its own.
+    """
+    from motorspace import reproduction
+
+    reproduction.reproduce(
+        what, out, budget=budget, seeds=seeds, parts=parts, processes=jobs, report=print
+    )
+
+
+@app.command(name="demo")
+def demo_command(out: Path = Path("demo"), seed: int = 0) -> None:
+    """Train a forward agent in a few minutes and write a page about it.
+
+    Args:
+        out: Folder of the run and its report.
+        seed: Seed of the run.
+    """
+    from motorspace import demo
+
+    with progress("training", demo.EPOCHS) as watch:
+        page = demo.demo(out, seed=seed, watch=watch)
+    print(f"open {page}")
+
+
+def show(results: dict[str, Any], *, as_json: bool) -> None:
+    """Print results, for a program or for a person."""
+    if as_json:
+        print(json.dumps(results))
+        return
+    for name, value in _flat(results):
+        print(f"{name:<32} {value:.6g}" if isinstance(value, float) else f"{name:<32} {value}")
+
+
+def _flat(results: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for name, value in results.items():
+        if isinstance(value, dict):
+            yield from _flat(value, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", value
+
+
+@contextmanager
+def progress(what: str, epochs: int) -> Iterator[Watch]:
+    """A bar with rate and time left on a terminal, a line now and then elsewhere."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+    from rich.progress import TimeElapsedColumn, TimeRemainingColumn
+
+    console = Console(stderr=True)
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+        TextColumn("loss {task.fields[loss]:.4f}"),
+    )
+    with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
+        task = bar.add_task(what, total=epochs, loss=float("nan"))
+
+        def watch(record: dict[str, float]) -> None:
+            epoch, loss = int(record["epoch"]), record["prediction_loss"]
+            bar.update(task, completed=epoch, loss=loss)
+            if not console.is_terminal and epoch % max(1, epochs // 10) == 0:
+                console.print(f"{what}: epoch {epoch} of {epochs}, loss {loss:.5f}")
+
+        yield watch
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Run the command line. Wrong input ends with one sentence and exit code 2."""
+    try:
+        app.cli(
+            prog="motorspace",
+            args=argv,
+            config=(tyro.conf.OmitArgPrefixes, tyro.conf.CascadeSubcommandArgs),
+        )
+    except UserError as error:
+        print(f"motorspace: {error}", file=sys.stderr)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        print("motorspace: stopped; --resume continues", file=sys.stderr)
+        sys.exit(130)
+    except BrokenPipeError:
+        os.close(sys.stdout.fileno())
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,127 @@
+"""Run the paper's experiments, resumably, and gather what they show."""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from datetime import date
+from multiprocessing import get_context
+from pathlib import Path
+from statistics import fmean
+from typing import Any, Literal
+
+from motorspace import paper
+from motorspace._errors import UserError
+from motorspace.training.runs import locked, write_json
+
+What = Literal["lattice", "table", "figures", "all"]
+Row = dict[str, Any]
+
+
+def reproduce(
+    what: What,
+    out: Path,
+    *,
+    budget: paper.Budget,
+    seeds: int,
+    parts: tuple[paper.Part, ...],
+    processes: int,
+    report: Callable[[str], None],
+) -> None:
+    """Train and measure every run of an experiment below `out`, then write its results.
+
+    Runs that are finished are read, an interrupted one continues from its checkpoint. Writes
+    `out/BUDGET/results.json` and the figures beside it.
+    """
+    if seeds < 1 or processes < 1:
+        raise UserError("there must be at least one seed and one process")
+    folder = out / budget
+    wanted = []
+    if what in ("lattice", "figures", "all"):
+        wanted += paper.lattice_jobs(budget, seeds=seeds)
+    if what in ("table", "figures", "all"):
+        wanted += paper.table_jobs(budget, seeds=seeds, parts=parts)
+    with locked(folder):
+        run_all(wanted, folder, budget=budget, processes=processes, report=report)
+        summary = {"date": date.today().isoformat(), "budget": budget}
+        write_json(folder / "results.json", summary | {"table": table(folder), "lattice": lattice(folder)})
+    if what in ("figures", "all"):
+        from motorspace.reports.paper_figures import write_paper_figures
+
+        write_paper_figures(folder)
+    report(f"results: {folder / 'results.json'}")
+
+
+def run_all(
+    jobs: list[paper.Job],
+    folder: Path,
+    *,
+    budget: paper.Budget,
+    processes: int,
+    report: Callable[[str], None],
+) -> None:
+    """Run jobs in processes of one thread each, which on a CPU beats one of many threads."""
+    num_test = paper.TEST_TRAJECTORIES[budget]
+    os.environ["XLA_FLAGS"] = (
+        f"{os.environ.get('XLA_FLAGS', '')} --xla_cpu_multi_thread_eigen=false"
+    )
+    with ProcessPoolExecutor(
+        processes, mp_context=get_context("spawn"), max_tasks_per_child=1
+    ) as pool:
+        running = {pool.submit(paper.run_job, job, folder, num_test=num_test): job for job in jobs}
+        for done, future in enumerate(as_completed(running), start=1):
+            error = future.result()["errors"]["model"]
+            report(f"[{done}/{len(jobs)}] {running[future].folder}: error {error:.4g}")
+
+
+def table(folder: Path) -> list[Row]:
+    """One row per cell of the paper's table I, from every finished run of it."""
+    results = [r for r in paper.finished(folder) if r["name"].startswith("table/")]
+    rows = []
+    for agent, errors in paper.PAPER_ERRORS.items():
+        for rotation, published in zip(paper.ROTATIONS, errors, strict=True):
+            here = [r for r in results if r["name"] == f"table/{agent}-{rotation}"]
+            of = {p: [r for r in here if r["part"] == p] for p in ("model", "oracle", "untrained")}
+            if not of["model"]:
+                continue
+            row: Row = {"agent": agent, "rotation": rotation, "paper": published}
+            for part, runs in of.items():
+                row[part] = spread([r["errors"]["model"] for r in runs])
+            row["persistence"] = fmean(r["errors"]["persistence"] for r in of["model"])
+            row["mean"] = fmean(r["errors"]["mean"] for r in of["model"])
+            row["skill"] = spread([r["errors"]["skill"] for r in of["model"]])
+            row["probe_r2"] = {
+                name: spread([r["probe_r2"][name] for r in of["model"]])
+                for name in of["model"][0]["probe_r2"]
+            }
+            row["to_oracle"] = _ratio(row["model"], row["oracle"])
+            rows.append(row)
+    return rows
+
+
+def lattice(folder: Path) -> list[Row]:
+    """One row per kind of lattice run."""
+    rows = []
+    results = [r for r in paper.finished(folder) if r["name"].startswith("lattice/")]
+    for kind in sorted({(r["name"], r["part"]) for r in results}):
+        runs = [r for r in results if (r["name"], r["part"]) == kind]
+        row: Row = {"name": kind[0], "part": kind[1]}
+        for number in ("accuracy", "within_to_total", "within_to_total_pose", "code_variance"):
+            row[number] = spread([r[number] for r in runs])
+        for count, components in runs[0]["r2_from_components"].items():
+            row[f"r2_from_{count}"] = {
+                name: spread([r["r2_from_components"][count][name] for r in runs])
+                for name in components
+            }
+        rows.append(row)
+    return rows
+
+
+def spread(values: list[float]) -> Row | None:
+    """Mean, smallest and largest over seeds, and how many there are."""
+    if not values:
+        return None
+    return {"mean": fmean(values), "low": min(values), "high": max(values), "seeds": len(values)}
+
+
+def _ratio(above: Row | None, below: Row | None) -> float | None:
+    return above["mean"] / below["mean"] if above and below else None
