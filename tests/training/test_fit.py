@@ -1,0 +1,101 @@
+"""The training loop on problems whose answer is known."""
+
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from motorspace import Experience, ModelConfig, RunConfig, SimulationConfig, TrainingConfig, UserError
+from motorspace.models import Scaling, build_model
+from motorspace.models.losses import code_variance, encode_all, inverse_loss, prediction_loss
+from motorspace.training import fit, init, simulator
+
+SMALL = TrainingConfig(epochs=30, trajectories_per_epoch=512, batch_size=64, learning_rate=3e-3)
+NETWORK = ModelConfig(hidden_size=16, code_size=4, width_size=32, depth=2)
+
+
+def linear_experience(num: int) -> Experience:
+    """Sensors that move by the sum of the commands: a displacement they reveal linearly."""
+    sensors_key, motors_key = jax.random.split(jax.random.key(0))
+    sensors = jax.random.uniform(sensors_key, (num, 1), minval=-1.0)
+    motors = jax.random.uniform(motors_key, (num, 3, 1), minval=-1.0)
+    return Experience(sensors, motors, jnp.full(num, 3), sensors + motors.sum(axis=1))
+
+
+def test_fit_learns_what_the_sensors_reveal():
+    experience = linear_experience(4096)
+    state = init(SMALL, NETWORK, Scaling((1.0,), (1.0,)), horizon=3)
+    before = prediction_loss(state.model, experience, encode_all(state.model, experience))
+    trained = fit(SMALL, NETWORK, state, experience).model
+    after = prediction_loss(trained, experience, encode_all(trained, experience))
+    unmoved = jnp.mean((experience.later_sensors - experience.sensors) ** 2)
+    assert after < 0.02 * unmoved
+    assert after < before
+
+
+def test_a_model_without_motors_cannot_beat_the_spread_of_the_displacement():
+    experience = linear_experience(4096)
+    network = replace(NETWORK, encoder="none")
+    state = init(SMALL, network, Scaling((1.0,), (1.0,)), horizon=3)
+    trained = fit(SMALL, network, state, experience).model
+    error = prediction_loss(trained, experience, encode_all(trained, experience))
+    assert error > 0.8 * jnp.var(experience.motors.sum(axis=1))
+
+
+def test_an_untrained_encoder_stays_as_it_was():
+    network = replace(NETWORK, train_encoder=False)
+    config = replace(SMALL, epochs=2)
+    state = init(config, network, Scaling((1.0,), (1.0,)), horizon=3)
+    trained = fit(config, network, state, linear_experience(512)).model
+    for before, after in zip(
+        jax.tree.leaves(state.model.encoder), jax.tree.leaves(trained.encoder), strict=True
+    ):
+        np.testing.assert_array_equal(before, after)
+    assert not jnp.array_equal(
+        state.model.predictor.mlp.layers[0].weight, trained.predictor.mlp.layers[0].weight
+    )
+
+
+def test_a_loss_that_is_not_finite_stops_the_run():
+    experience = linear_experience(512)
+    broken = replace_sensors(experience, experience.sensors.at[:256].set(jnp.inf))
+    seen = []
+    state = init(SMALL, NETWORK, Scaling((1.0,), (1.0,)), horizon=3)
+    with pytest.raises(UserError, match="no longer finite after epoch 1; lower the learning rate"):
+        fit(SMALL, NETWORK, state, broken, watch=lambda s, r: seen.append(r))
+    assert seen == []
+
+
+def replace_sensors(experience: Experience, sensors: jax.Array) -> Experience:
+    return Experience(sensors, experience.motors, experience.num_steps, experience.later_sensors)
+
+
+def test_the_inverse_loss_does_not_reward_smaller_codes():
+    experience = linear_experience(256)
+    network = replace(NETWORK, inverse_weight=1.0)
+    model = build_model(network, Scaling((1.0,), (1.0,)), horizon=3, key=jax.random.key(0))
+    codes = jax.random.uniform(jax.random.key(1), (256, 4))
+    shrunk = 0.5 + 0.1 * (codes - 0.5)
+    assert inverse_loss(model, experience, shrunk) > inverse_loss(model, experience, codes)
+    assert float(code_variance(shrunk)) == pytest.approx(0.01 * float(code_variance(codes)), rel=1e-4)
+
+
+def test_the_curriculum_grows_the_sequences_and_ends():
+    simulation = SimulationConfig(horizon=4, layout="empty")
+    training = TrainingConfig(epochs=10, trajectories_per_epoch=200, curriculum=0.4)
+    draw = simulator(RunConfig(simulation, ModelConfig(), training))
+    longest = [
+        int(draw(jax.random.key(0), jnp.array(epoch)).experience.num_steps.max())
+        for epoch in range(5)
+    ]
+    assert longest == [1, 2, 3, 4, 4]
+    final = draw(jax.random.key(0), jnp.array(4)).experience.num_steps
+    assert (final == 4).all()
+
+
+@pytest.mark.parametrize("change", [{"epochs": 0}, {"batch_size": 0}, {"batch_size": 513}])
+def test_impossible_training_is_refused(change):
+    with pytest.raises(UserError, match="are no training; ask for at least one epoch"):
+        init(replace(SMALL, **change), NETWORK, Scaling((1.0,), (1.0,)), horizon=3)

@@ -1,0 +1,149 @@
+"""A run's folder: resumable to the same bytes, one process at a time, never half-written."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motorspace import (
+    ModelConfig,
+    RunConfig,
+    SimulationConfig,
+    TrainingConfig,
+    UserError,
+    fresh_experience,
+    load_run,
+    simulation_scaling,
+    train,
+)
+from motorspace.training import runs
+
+CONFIG = RunConfig(
+    SimulationConfig(layout="empty", horizon=2),
+    ModelConfig(hidden_size=8, code_size=3, width_size=8, depth=1),
+    TrainingConfig(epochs=6, trajectories_per_epoch=64, batch_size=32),
+)
+
+
+def trained(folder: Path, config: RunConfig = CONFIG, **options: object) -> runs.Run:
+    return train(config, fresh_experience(config), simulation_scaling(config), folder, **options)
+
+
+def test_a_finished_run_is_read_back_as_it_was(tmp_path):
+    run = trained(tmp_path)
+    again = load_run(tmp_path)
+    assert again.config == CONFIG
+    motors = np.ones((5, 2, 2), np.float32)
+    np.testing.assert_array_equal(run.encode(motors), again.encode(motors))
+    assert [record["epoch"] for record in again.log] == [1, 2, 3, 4, 5, 6]
+
+
+def test_a_stopped_run_resumes_to_the_same_bytes(tmp_path):
+    def stop(record: dict[str, float]) -> None:
+        if record["epoch"] == 3:
+            raise KeyboardInterrupt
+
+    trained(tmp_path / "whole")
+    with pytest.raises(KeyboardInterrupt):
+        trained(tmp_path / "parted", watch=stop)
+    trained(tmp_path / "parted", resume=True)
+    for name in ("weights.safetensors", "log.jsonl", "config.json"):
+        assert (tmp_path / "whole" / name).read_bytes() == (tmp_path / "parted" / name).read_bytes()
+
+
+SCRIPT = """
+import sys
+from pathlib import Path
+from tests.training.test_runs import CONFIG, trained
+from motorspace.training import runs
+from dataclasses import replace
+runs.CHECKPOINT_SECONDS = 0.0
+long = replace(CONFIG, training=replace(CONFIG.training, epochs=400))
+trained(Path(sys.argv[1]), long, resume=True)
+"""
+
+
+def test_a_killed_run_resumes_to_the_same_bytes(tmp_path):
+    root = Path(__file__).parents[2]
+    environment = os.environ | {"PYTHONPATH": str(root)}
+    parted, whole = tmp_path / "parted", tmp_path / "whole"
+    command = [sys.executable, "-c", SCRIPT, str(parted)]
+    for kill_at in (2, 60):
+        process = subprocess.Popen(command, env=environment, cwd=root)
+        deadline = time.monotonic() + 120
+        while process.poll() is None and time.monotonic() < deadline:
+            log = parted / "log.jsonl"
+            if log.exists() and len(log.read_text().splitlines()) >= kill_at:
+                process.send_signal(signal.SIGKILL)
+                break
+            time.sleep(0.002)
+        assert process.wait() == -signal.SIGKILL
+    subprocess.run(command, env=environment, cwd=root, check=True)
+    long = replace(CONFIG, training=replace(CONFIG.training, epochs=400))
+    trained(whole, long)
+    for name in ("weights.safetensors", "log.jsonl"):
+        assert (parted / name).read_bytes() == (whole / name).read_bytes()
+    assert not list(parted.glob("*.part"))
+
+
+def test_two_processes_do_not_train_into_one_folder(tmp_path):
+    with (
+        runs.locked(tmp_path),
+        pytest.raises(UserError, match="another process is training in this folder"),
+    ):
+        trained(tmp_path)
+
+
+def test_a_folder_that_holds_a_run_is_not_overwritten(tmp_path):
+    trained(tmp_path)
+    before = (tmp_path / "weights.safetensors").read_bytes()
+    with pytest.raises(UserError, match="already holds a run; continue it with --resume"):
+        trained(tmp_path)
+    other = replace(CONFIG, training=replace(CONFIG.training, seed=7))
+    with pytest.raises(UserError, match=r"another configuration \(different: seed\)"):
+        trained(tmp_path, other, resume=True)
+    assert (tmp_path / "weights.safetensors").read_bytes() == before
+
+
+@pytest.mark.parametrize("keep", [0, 10, 500])
+def test_truncated_weights_are_refused(tmp_path, keep):
+    trained(tmp_path)
+    path = tmp_path / "weights.safetensors"
+    path.write_bytes(path.read_bytes()[:keep])
+    with pytest.raises(UserError, match="weights.safetensors: the file is cut off or damaged"):
+        load_run(tmp_path)
+
+
+def test_a_broken_configuration_is_refused(tmp_path):
+    trained(tmp_path)
+    path = tmp_path / "config.json"
+    described = json.loads(path.read_text())
+    described["config"]["training"]["epoch"] = 3
+    path.write_text(json.dumps(described))
+    with pytest.raises(UserError, match="not one of this version"):
+        load_run(tmp_path)
+    path.write_text("{")
+    with pytest.raises(UserError, match="configuration cannot be read"):
+        load_run(tmp_path)
+    with pytest.raises(UserError, match="there is no run here"):
+        load_run(tmp_path / "nowhere")
+
+
+def test_an_unfinished_run_is_not_loaded(tmp_path):
+    trained(tmp_path)
+    (tmp_path / "weights.safetensors").unlink()
+    with pytest.raises(UserError, match="this run is not finished; continue it with --resume"):
+        load_run(tmp_path)
+
+
+def test_dead_codes_are_reported_as_collapsed(tmp_path):
+    run = trained(tmp_path)
+    assert not run.collapsed
+    assert replace(run, log=({**run.log[-1], "code_variance": 1e-9},)).collapsed
