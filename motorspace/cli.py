@@ -50,7 +50,9 @@ def train_command(
     with progress("training", run.training.epochs) as watch:
         trained = train(run, source, scaling, folder, resume=resume, watch=watch)
     if trained.collapsed:
-        print("the codes have collapsed: they no longer vary with the commands", file=sys.stderr)
+        print(
+            "the codes have collapsed: they no longer vary with the commands", file=sys.stderr
+        )
     print(f"finished: {folder}; measure it with: motorspace evaluate {folder}")
 
 
@@ -145,8 +147,14 @@ def _flat(results: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]
 def progress(what: str, epochs: int) -> Iterator[Watch]:
     """A bar with rate and time left on a terminal, a line now and then elsewhere."""
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-    from rich.progress import TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
 
     console = Console(stderr=True)
     columns = (

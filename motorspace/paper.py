@@ -83,7 +83,11 @@ class Job:
 def table_jobs(budget: Budget, *, seeds: int, parts: tuple[Part, ...]) -> list[Job]:
     """The runs behind the paper's table I, one seed of every cell before the next seed."""
     return [
-        Job(f"table/{agent}-{rotation}", _variant(_table_config(agent, rotation, budget, seed), part), part)
+        Job(
+            f"table/{agent}-{rotation}",
+            _variant(_table_config(agent, rotation, budget, seed), part),
+            part,
+        )
         for seed in range(seeds)
         for part in parts
         for rotation in ROTATIONS
@@ -207,7 +211,9 @@ def measure(run: Run, *, num: int) -> dict[str, Any]:
         "code_variance": variance,
         "probe_r2": dict(zip(COMPONENTS, (round(float(v), 4) for v in r2), strict=True)),
     }
-    return measured | (_lattice_measures(run, num) if config.simulation.agent == "lattice" else {})
+    return measured | (
+        _lattice_measures(run, num) if config.simulation.agent == "lattice" else {}
+    )
 
 
 def _lattice_measures(run: Run, num: int) -> dict[str, Any]:
@@ -226,8 +232,8 @@ def _lattice_measures(run: Run, num: int) -> dict[str, Any]:
         r2[str(count)] = dict(zip(COMPONENTS, (round(float(v), 4) for v in fit), strict=True))
     return {
         "accuracy": lattice_accuracy(run, experience),
-        "within_to_total": within_to_total_variance(codes, displacements[:, :2]),
-        "within_to_total_pose": within_to_total_variance(codes, np.asarray(targets)),
+        "within_to_total": within_to_total_variance(codes, jnp.asarray(displacements[:, :2])),
+        "within_to_total_pose": within_to_total_variance(codes, targets),
         "r2_from_components": r2,
     }
 
@@ -245,5 +251,3 @@ def finished(out: Path) -> Iterator[dict[str, Any]]:
     """The results of every finished run below a folder."""
     for path in sorted(out.glob("*/*/*/seed*/results.json")):
         yield json.loads(path.read_text())
-
-

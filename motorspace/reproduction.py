@@ -43,7 +43,10 @@ def reproduce(
     with locked(folder):
         run_all(wanted, folder, budget=budget, processes=processes, report=report)
         summary = {"date": date.today().isoformat(), "budget": budget}
-        write_json(folder / "results.json", summary | {"table": table(folder), "lattice": lattice(folder)})
+        write_json(
+            folder / "results.json",
+            summary | {"table": table(folder), "lattice": lattice(folder)},
+        )
     if what in ("figures", "all"):
         from motorspace.reports.paper_figures import write_paper_figures
 
@@ -67,7 +70,9 @@ def run_all(
     with ProcessPoolExecutor(
         processes, mp_context=get_context("spawn"), max_tasks_per_child=1
     ) as pool:
-        running = {pool.submit(paper.run_job, job, folder, num_test=num_test): job for job in jobs}
+        running = {
+            pool.submit(paper.run_job, job, folder, num_test=num_test): job for job in jobs
+        }
         for done, future in enumerate(as_completed(running), start=1):
             error = future.result()["errors"]["model"]
             report(f"[{done}/{len(jobs)}] {running[future].folder}: error {error:.4g}")
@@ -80,7 +85,9 @@ def table(folder: Path) -> list[Row]:
     for agent, errors in paper.PAPER_ERRORS.items():
         for rotation, published in zip(paper.ROTATIONS, errors, strict=True):
             here = [r for r in results if r["name"] == f"table/{agent}-{rotation}"]
-            of = {p: [r for r in here if r["part"] == p] for p in ("model", "oracle", "untrained")}
+            of = {
+                p: [r for r in here if r["part"] == p] for p in ("model", "oracle", "untrained")
+            }
             if not of["model"]:
                 continue
             row: Row = {"agent": agent, "rotation": rotation, "paper": published}
@@ -120,7 +127,12 @@ def spread(values: list[float]) -> Row | None:
     """Mean, smallest and largest over seeds, and how many there are."""
     if not values:
         return None
-    return {"mean": fmean(values), "low": min(values), "high": max(values), "seeds": len(values)}
+    return {
+        "mean": fmean(values),
+        "low": min(values),
+        "high": max(values),
+        "seeds": len(values),
+    }
 
 
 def _ratio(above: Row | None, below: Row | None) -> float | None:

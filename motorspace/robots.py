@@ -53,7 +53,11 @@ MODELS: dict[str, dict[str, Any]] = {
 """The paper's network and the reference rows that are trained."""
 
 TRAINING = TrainingConfig(
-    epochs=60, trajectories_per_epoch=2000, learning_rate=1e-3, schedule="constant", curriculum=0.0
+    epochs=60,
+    trajectories_per_epoch=2000,
+    learning_rate=1e-3,
+    schedule="constant",
+    curriculum=0.0,
 )
 
 

@@ -6,9 +6,7 @@ from jaxtyping import Array, Float
 from motorspace.trajectories import Experience, Trajectories
 
 
-def mean_squared_error(
-    predicted: Float[Array, "*N K"], true: Float[Array, "N K"]
-) -> float:
+def mean_squared_error(predicted: Float[Array, "*N K"], true: Float[Array, "N K"]) -> float:
     """Mean over trajectories and sensors of the squared error, raw units squared."""
     return float(jnp.mean((predicted - true) ** 2))
 

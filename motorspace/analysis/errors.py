@@ -8,7 +8,12 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from motorspace._types import Key
-from motorspace.analysis.baselines import mean_error, mean_squared_error, persistence_error, skill
+from motorspace.analysis.baselines import (
+    mean_error,
+    mean_squared_error,
+    persistence_error,
+    skill,
+)
 from motorspace.trajectories import Experience
 
 CHUNK_SIZE = 20_000

@@ -30,15 +30,15 @@ def linear_probe(
     centre, level = x.mean(0), y.mean(0)
     gram = (x - centre).T @ (x - centre)
     strength = ridge * max(float(np.linalg.eigvalsh(gram)[-1]), 1e-12)
-    weights = np.linalg.solve(
-        gram + strength * np.eye(len(gram)), (x - centre).T @ (y - level)
-    )
+    weights = np.linalg.solve(gram + strength * np.eye(len(gram)), (x - centre).T @ (y - level))
     residual = y_test - level - (x_test - centre) @ weights
     spread = ((y_test - y_test.mean(0)) ** 2).sum(0)
     return jnp.asarray(1.0 - (residual**2).sum(0) / np.maximum(spread, 1e-12))
 
 
-def within_to_total_variance(codes: Float[Array, "N C"], groups: Float[Array, "N ..."]) -> float:
+def within_to_total_variance(
+    codes: Float[Array, "N C"], groups: Float[Array, "N ..."]
+) -> float:
     """Share of the codes' variance that lies within groups of equal label; 0 is organised.
 
     A label is a row of `groups`, rounded to a thousandth. NaN for codes that do not vary.

@@ -120,7 +120,9 @@ def simulator(config: RunConfig) -> Callable[[Key, Count], Trajectories]:
         young = epoch < curriculum_epochs
         grown = 1 + epoch * simulation.horizon // max(curriculum_epochs, 1)
         lengths = (jnp.where(young, 1, shortest), jnp.where(young, grown, simulation.horizon))
-        plan = SamplingPlan(training.trajectories_per_epoch, simulation.horizon, simulation.collision)
+        plan = SamplingPlan(
+            training.trajectories_per_epoch, simulation.horizon, simulation.collision
+        )
         return simulate(world, agent, sensor, plan, lengths, key=key)
 
     return draw

@@ -110,7 +110,9 @@ def train(
         _claim(folder, config, scaling, horizon, resume=resume)
         keeper = _Keeper(folder, *_restore(folder, state), watch)
         try:
-            state = fit(config.training, config.model, keeper.state, source, watch=keeper.record)
+            state = fit(
+                config.training, config.model, keeper.state, source, watch=keeper.record
+            )
         finally:
             keeper.write()
         write_atomically(folder / "weights.safetensors", _packed(state.model))
@@ -256,7 +258,9 @@ def _read_description(folder: Path) -> dict[str, Any]:
             raise ValueError
     except FileNotFoundError:
         raise UserError(
-            "there is no run here", where=folder, remedy="give a folder made by motorspace train"
+            "there is no run here",
+            where=folder,
+            remedy="give a folder made by motorspace train",
         ) from None
     except (OSError, ValueError, KeyError, TypeError):
         raise UserError(

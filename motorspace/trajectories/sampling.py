@@ -45,7 +45,10 @@ def sample(
             f"cannot sample {num} trajectories of {shortest} to {horizon} steps",
             remedy="ask for at least one trajectory of at least one step",
         )
-    plan, lengths = SamplingPlan(num, horizon, collision), (jnp.array(shortest), jnp.array(horizon))
+    plan, lengths = (
+        SamplingPlan(num, horizon, collision),
+        (jnp.array(shortest), jnp.array(horizon)),
+    )
     return simulate(world, agent, sensor, plan, lengths, key=key)
 
 

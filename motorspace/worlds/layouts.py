@@ -199,7 +199,9 @@ def _floats(text: str, place: str) -> list[float]:
             value = math.nan
         if not math.isfinite(value):
             raise UserError(
-                f"{word!r} is not a number", where=place, remedy="write coordinates as x y pairs"
+                f"{word!r} is not a number",
+                where=place,
+                remedy="write coordinates as x y pairs",
             )
         values.append(value)
     return values
@@ -237,7 +239,9 @@ def _checked(layout: Layout, where: str) -> Layout:
     world = layout.world()
     x_low, y_low, x_high, y_high = layout.bounds
     grid = jnp.stack(
-        jnp.meshgrid(jnp.linspace(x_low, x_high, 66)[1:-1], jnp.linspace(y_low, y_high, 66)[1:-1])
+        jnp.meshgrid(
+            jnp.linspace(x_low, x_high, 66)[1:-1], jnp.linspace(y_low, y_high, 66)[1:-1]
+        )
     ).reshape(2, -1)
     share = float(jax.vmap(world.free)(grid[0], grid[1]).mean())
     if share < MIN_FREE_SHARE:

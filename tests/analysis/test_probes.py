@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 
 from motorspace.analysis.baselines import skill
-from motorspace.analysis.probes import displacement_targets, linear_probe, within_to_total_variance
+from motorspace.analysis.probes import (
+    displacement_targets,
+    linear_probe,
+    within_to_total_variance,
+)
 
 RNG = np.random.default_rng(0)
 

@@ -7,7 +7,14 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from motorspace import Experience, ModelConfig, RunConfig, SimulationConfig, TrainingConfig, UserError
+from motorspace import (
+    Experience,
+    ModelConfig,
+    RunConfig,
+    SimulationConfig,
+    TrainingConfig,
+    UserError,
+)
 from motorspace.models import Scaling, build_model
 from motorspace.models.losses import code_variance, encode_all, inverse_loss, prediction_loss
 from motorspace.training import fit, init, simulator
@@ -63,13 +70,17 @@ def test_a_loss_that_is_not_finite_stops_the_run():
     broken = replace_sensors(experience, experience.sensors.at[:256].set(jnp.inf))
     seen = []
     state = init(SMALL, NETWORK, Scaling((1.0,), (1.0,)), horizon=3)
-    with pytest.raises(UserError, match="no longer finite after epoch 1; lower the learning rate"):
+    with pytest.raises(
+        UserError, match="no longer finite after epoch 1; lower the learning rate"
+    ):
         fit(SMALL, NETWORK, state, broken, watch=lambda s, r: seen.append(r))
     assert seen == []
 
 
 def replace_sensors(experience: Experience, sensors: jax.Array) -> Experience:
-    return Experience(sensors, experience.motors, experience.num_steps, experience.later_sensors)
+    return Experience(
+        sensors, experience.motors, experience.num_steps, experience.later_sensors
+    )
 
 
 def test_the_inverse_loss_does_not_reward_smaller_codes():
@@ -79,7 +90,9 @@ def test_the_inverse_loss_does_not_reward_smaller_codes():
     codes = jax.random.uniform(jax.random.key(1), (256, 4))
     shrunk = 0.5 + 0.1 * (codes - 0.5)
     assert inverse_loss(model, experience, shrunk) > inverse_loss(model, experience, codes)
-    assert float(code_variance(shrunk)) == pytest.approx(0.01 * float(code_variance(codes)), rel=1e-4)
+    assert float(code_variance(shrunk)) == pytest.approx(
+        0.01 * float(code_variance(codes)), rel=1e-4
+    )
 
 
 def test_the_curriculum_grows_the_sequences_and_ends():

@@ -33,7 +33,9 @@ CONFIG = RunConfig(
 
 
 def trained(folder: Path, config: RunConfig = CONFIG, **options: object) -> runs.Run:
-    return train(config, fresh_experience(config), simulation_scaling(config), folder, **options)
+    return train(
+        config, fresh_experience(config), simulation_scaling(config), folder, **options
+    )
 
 
 def test_a_finished_run_is_read_back_as_it_was(tmp_path):
@@ -55,7 +57,9 @@ def test_a_stopped_run_resumes_to_the_same_bytes(tmp_path):
         trained(tmp_path / "parted", watch=stop)
     trained(tmp_path / "parted", resume=True)
     for name in ("weights.safetensors", "log.jsonl", "config.json"):
-        assert (tmp_path / "whole" / name).read_bytes() == (tmp_path / "parted" / name).read_bytes()
+        assert (tmp_path / "whole" / name).read_bytes() == (
+            tmp_path / "parted" / name
+        ).read_bytes()
 
 
 SCRIPT = """

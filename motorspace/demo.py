@@ -1,0 +1,147 @@
+"""The first look: train a forward agent, measure it, write one page about it."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import jax
+import numpy as np
+
+from motorspace import paper
+from motorspace.analysis.projections import pca
+from motorspace.models import ModelConfig
+from motorspace.reports import figures
+from motorspace.reports.page import Section, report_page
+from motorspace.training import (
+    Run,
+    RunConfig,
+    SimulationConfig,
+    TrainingConfig,
+    fresh_experience,
+    simulation_scaling,
+    train,
+)
+from motorspace.training.runs import write_atomically
+from motorspace.trajectories import sample
+from motorspace.worlds import RangeFan, WalledWorld, rollout
+
+EPOCHS = 250
+ORACLE_EPOCHS = 250
+NUM_TEST = 20_000
+
+
+def demo(
+    out: Path, *, seed: int = 0, watch: Callable[[dict[str, float]], None] = lambda record: None
+) -> Path:
+    """Train, measure, and write `report.html` in `out`; returns the page's path.
+
+    A demo that was stopped goes on where it was; a finished one is only measured again.
+    """
+    config = RunConfig(
+        SimulationConfig(agent="forward", max_rotation=0.4),
+        ModelConfig(),
+        TrainingConfig(epochs=EPOCHS, seed=seed),
+    )
+    source, scaling = fresh_experience(config), simulation_scaling(config)
+    run = train(config, source, scaling, out / "run", resume=True, watch=watch)
+
+    model, training = (
+        replace(config.model, encoder="identity"),
+        replace(config.training, epochs=ORACLE_EPOCHS, curriculum=0.0),
+    )
+    told = replace(config, model=model, training=training)
+    oracle = train(told, *paper.oracle_source(told))
+
+    measured = paper.measure(run, num=NUM_TEST)
+    best = paper.measure(oracle, num=NUM_TEST)["errors"]["model"]
+    page = out / "report.html"
+    html = report_page(
+        "motorspace: a forward agent learns displacements",
+        [*_world_sections(config), *_result_sections(run, measured, best)],
+    )
+    write_atomically(page, html.encode())
+    return page
+
+
+def _world_sections(config: RunConfig) -> list[Section]:
+    world, agent, fan = config.simulation.build()
+    assert isinstance(world, WalledWorld) and isinstance(fan, RangeFan)
+    place_key, motor_key = jax.random.split(jax.random.key(3))
+    starts = [world.place(key=key) for key in jax.random.split(place_key, 8)]
+    paths = []
+    for start, key in zip(starts, jax.random.split(motor_key, 8), strict=True):
+        motors = jax.vmap(lambda k: agent.draw(key=k))(jax.random.split(key, 12))
+        paths.append(rollout(world, agent, start, motors))
+    seen = figures.png(figures.environment_figure(world, starts[:2], fan))
+    walked = figures.png(figures.trajectories_figure(world, paths))
+    return [
+        Section(
+            "The world",
+            "40 by 40 units of rooms, corridors and obstacles. An agent senses nine distances "
+            "over half a circle, up to ten units away.",
+            pictures=[("the world with two agents and their rays", seen)],
+        ),
+        Section(
+            "Trajectories",
+            "At every step the agent turns by a random angle and moves ahead by up to one unit. "
+            "The network sees what is sensed before and after six commands, and the commands; "
+            "no position and no displacement.",
+            pictures=[("eight example trajectories of twelve steps", walked)],
+        ),
+    ]
+
+
+def _result_sections(run: Run, measured: dict[str, Any], oracle: float) -> list[Section]:
+    errors = measured["errors"]
+    rows = [
+        {"prediction by": "this network", "mean squared error": errors["model"]},
+        {
+            "prediction by": "the same predictor told the true displacement",
+            "mean squared error": oracle,
+        },
+        {"prediction by": "the sensors' mean", "mean squared error": errors["mean"]},
+        {
+            "prediction by": "no change (persistence)",
+            "mean squared error": errors["persistence"],
+        },
+    ]
+    scale = run.model.scaling.sensors[0] ** 2
+    curve = np.array([record["prediction_loss"] * scale for record in run.log])
+    references = {"persistence": errors["persistence"], "oracle": oracle}
+    learning = figures.png(figures.learning_curve_figure({"training": curve}, references))
+
+    world, agent, fan = run.config.simulation.build()
+    test = sample(world, agent, fan, num=4000, horizon=6, key=jax.random.key(11))
+    codes = run.encode(test.experience.motors)
+    projection = pca(codes)
+    displacements = np.asarray(test.displacements.achieved)
+    picture = figures.png(
+        figures.codes_figure([("forward, r = 0.4 pi", projection.coordinates, displacements)])
+    )
+    share = projection.explained_variance_ratio.sum()
+    return [
+        Section(
+            "Learning",
+            "In the first third the sequences grow from one command to six, so the error rises "
+            "in steps while the task becomes harder.",
+            pictures=[("error over epochs", learning)],
+        ),
+        Section(
+            "Error on fresh trajectories",
+            f"{errors['num_trajectories']} trajectories that training never saw, squared world "
+            "units per sensor. The table says how much of what can be predicted is predicted.",
+            rows=rows,
+        ),
+        Section(
+            "The codes of motor sequences",
+            "Each point is one motor sequence, on the first three principal components of its "
+            f"code ({share:.0%} of the variance), coloured by the displacement that it caused.",
+            pictures=[("codes coloured by displacement", picture)],
+        ),
+        Section(
+            "What a linear probe reads from the code",
+            "Share of the variance of each component of the displacement (R2, held-out).",
+            rows=[{"component": k, "R2": v} for k, v in measured["probe_r2"].items()],
+        ),
+    ]

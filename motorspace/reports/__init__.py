@@ -1,0 +1,1 @@
+"""Show: figures, tables and pages. Numbers come in; nothing is computed here."""
