@@ -13,7 +13,7 @@ from motorspace import paper
 from motorspace._errors import UserError
 from motorspace.training.runs import locked, write_json
 
-What = Literal["lattice", "table", "figures", "all"]
+What = Literal["lattice", "table", "figures", "robots", "all"]
 Row = dict[str, Any]
 
 
