@@ -14,8 +14,7 @@ wall = 5.0 - np.concatenate([[0.0], np.cumsum(speed[:-1])]) % 4.0
 with tempfile.TemporaryDirectory() as folder:
     file = Path(folder) / "robot.csv"
     rows = [
-        f"{t * 0.1:.1f},{m:.4f},{s:.4f}"
-        for t, (m, s) in enumerate(zip(speed, wall, strict=True))
+        f"{t * 0.1:.1f},{m:.4f},{s:.4f}" for t, (m, s) in enumerate(zip(speed, wall, strict=True))
     ]
     file.write_text("\n".join(["time,motor_speed,sensor_wall", *rows]) + "\n")
     recording = read_log(file)

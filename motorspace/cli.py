@@ -50,9 +50,7 @@ def train_command(
     with progress("training", run.training.epochs) as watch:
         trained = train(run, source, scaling, folder, resume=resume, watch=watch)
     if trained.collapsed:
-        print(
-            "the codes have collapsed: they no longer vary with the commands", file=sys.stderr
-        )
+        print("the codes have collapsed: they no longer vary with the commands", file=sys.stderr)
     print(f"finished: {folder}; measure it with: motorspace evaluate {folder}")
 
 
@@ -87,12 +85,13 @@ def inspect_command(file: tyro.conf.Positional[Path], as_json: AsJson = False) -
 
 @app.command(name="reproduce")
 def reproduce_command(
-    what: tyro.conf.Positional[Literal["lattice", "table", "figures", "all"]] = "all",
+    what: tyro.conf.Positional[Literal["lattice", "table", "figures", "robots", "all"]] = "all",
     budget: paper.Budget = "quick",
     out: Path = Path("runs/paper"),
     seeds: int = 3,
     parts: tuple[paper.Part, ...] = ("model", "oracle", "untrained"),
     jobs: int = 2,
+    logs: Path | None = None,
 ) -> None:
     """Repeat the paper's experiments; finished work is never repeated.
 
@@ -103,11 +102,19 @@ def reproduce_command(
         seeds: Seeds of every cell.
         parts: The rows to train: the model, its oracle, its untrained encoder.
         jobs: Runs trained at once, each in a process of its own.
+        logs: Folder of the recorded robots' logs, for robots.
     """
     from motorspace import reproduction
 
     reproduction.reproduce(
-        what, out, budget=budget, seeds=seeds, parts=parts, processes=jobs, report=print
+        what,
+        out,
+        budget=budget,
+        seeds=seeds,
+        parts=parts,
+        processes=jobs,
+        logs=logs,
+        report=print,
     )
 
 

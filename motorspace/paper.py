@@ -31,7 +31,7 @@ from motorspace.training.config import (
     simulator,
 )
 from motorspace.training.runs import Run, locked, train, write_json
-from motorspace.trajectories import Experience, Trajectories, sample
+from motorspace.trajectories import Experience, ExperienceSource, Trajectories, sample
 
 Budget = Literal["quick", "fifth", "paper"]
 Part = Literal["model", "oracle", "untrained"]
@@ -62,7 +62,11 @@ PLAIN: dict[str, Any] = {
 LATTICE_INVERSE_WEIGHT = 0.05
 EPOCHS_SHARE: dict[Budget, float] = {"quick": 0.05, "fifth": 0.2, "paper": 1.0}
 """The share of the paper's epochs that each budget trains for."""
-TEST_TRAJECTORIES: dict[Budget, int] = {"quick": 100_000, "fifth": 1_000_000, "paper": 1_000_000}
+TEST_TRAJECTORIES: dict[Budget, int] = {
+    "quick": 100_000,
+    "fifth": 1_000_000,
+    "paper": 1_000_000,
+}
 TEST_SEED = 1_000_003
 """Evaluation draws from its own stream: training seeds stay far below it."""
 
@@ -142,6 +146,7 @@ def run_job(
     results = folder / "results.json"
     if results.exists():
         return dict(json.loads(results.read_text()))
+    source: ExperienceSource
     if job.part == "oracle":
         source, scaling = oracle_source(job.config)
     else:
@@ -211,9 +216,7 @@ def measure(run: Run, *, num: int) -> dict[str, Any]:
         "code_variance": variance,
         "probe_r2": dict(zip(COMPONENTS, (round(float(v), 4) for v in r2), strict=True)),
     }
-    return measured | (
-        _lattice_measures(run, num) if config.simulation.agent == "lattice" else {}
-    )
+    return measured | (_lattice_measures(run, num) if config.simulation.agent == "lattice" else {})
 
 
 def _lattice_measures(run: Run, num: int) -> dict[str, Any]:

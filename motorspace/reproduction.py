@@ -9,7 +9,7 @@ from pathlib import Path
 from statistics import fmean
 from typing import Any, Literal
 
-from motorspace import paper
+from motorspace import paper, paper_figures, robots
 from motorspace._errors import UserError
 from motorspace.training.runs import locked, write_json
 
@@ -25,13 +25,18 @@ def reproduce(
     seeds: int,
     parts: tuple[paper.Part, ...],
     processes: int,
+    logs: Path | None = None,
     report: Callable[[str], None],
 ) -> None:
     """Train and measure every run of an experiment below `out`, then write its results.
 
     Runs that are finished are read, an interrupted one continues from its checkpoint. Writes
-    `out/BUDGET/results.json` and the figures beside it.
+    `out/BUDGET/results.json` and the figures beside it; `robots` learns from the CARMEN logs
+    in the folder `logs` and writes `out/robots.json`.
     """
+    if what == "robots":
+        reproduce_robots(out, logs, seeds=seeds, report=report)
+        return
     if seeds < 1 or processes < 1:
         raise UserError("there must be at least one seed and one process")
     folder = out / budget
@@ -48,10 +53,26 @@ def reproduce(
             summary | {"table": table(folder), "lattice": lattice(folder)},
         )
     if what in ("figures", "all"):
-        from motorspace.reports.paper_figures import write_paper_figures
-
-        write_paper_figures(folder)
+        paper_figures.write_all(folder)
     report(f"results: {folder / 'results.json'}")
+
+
+def reproduce_robots(
+    out: Path, logs: Path | None, *, seeds: int, report: Callable[[str], None]
+) -> None:
+    """Learn from both recorded robots and write what they show."""
+    if logs is None:
+        raise UserError(
+            "the robots' logs are not part of motorspace",
+            remedy="give the folder that holds them with --logs",
+        )
+    results = [
+        robots.robot_results(logs / name, experiment, seeds=seeds, report=report)
+        for name, experiment in robots.EXPERIMENTS.items()
+    ]
+    with locked(out):
+        write_json(out / "robots.json", results)
+    report(f"results: {out / 'robots.json'}")
 
 
 def run_all(
@@ -70,9 +91,7 @@ def run_all(
     with ProcessPoolExecutor(
         processes, mp_context=get_context("spawn"), max_tasks_per_child=1
     ) as pool:
-        running = {
-            pool.submit(paper.run_job, job, folder, num_test=num_test): job for job in jobs
-        }
+        running = {pool.submit(paper.run_job, job, folder, num_test=num_test): job for job in jobs}
         for done, future in enumerate(as_completed(running), start=1):
             error = future.result()["errors"]["model"]
             report(f"[{done}/{len(jobs)}] {running[future].folder}: error {error:.4g}")
@@ -85,9 +104,7 @@ def table(folder: Path) -> list[Row]:
     for agent, errors in paper.PAPER_ERRORS.items():
         for rotation, published in zip(paper.ROTATIONS, errors, strict=True):
             here = [r for r in results if r["name"] == f"table/{agent}-{rotation}"]
-            of = {
-                p: [r for r in here if r["part"] == p] for p in ("model", "oracle", "untrained")
-            }
+            of = {p: [r for r in here if r["part"] == p] for p in ("model", "oracle", "untrained")}
             if not of["model"]:
                 continue
             row: Row = {"agent": agent, "rotation": rotation, "paper": published}

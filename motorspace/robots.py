@@ -42,8 +42,10 @@ class RobotExperiment:
     """One composed command per scan interval, or every raw increment in it."""
 
 
-FREIBURG = RobotExperiment(horizon_scans=6, per_scan=True)
-INTEL = RobotExperiment(horizon_scans=1, per_scan=False)
+EXPERIMENTS = {
+    "freiburg-079-corrected.log.gz": RobotExperiment(horizon_scans=6, per_scan=True),
+    "intel-corrected.log.gz": RobotExperiment(horizon_scans=1, per_scan=False),
+}
 
 MODELS: dict[str, dict[str, Any]] = {
     "model": {},

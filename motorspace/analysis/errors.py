@@ -54,6 +54,4 @@ def prediction_errors(
         sums[1] += persistence_error(batch)
         sums[2] += mean_error(batch, mean)
     model, persistence, level = (total / chunks for total in sums)
-    return PredictionErrors(
-        chunk * chunks, model, persistence, level, skill(model, persistence)
-    )
+    return PredictionErrors(chunk * chunks, model, persistence, level, skill(model, persistence))

@@ -4,23 +4,24 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+Numbers = Array | np.ndarray
 COMPONENTS = ("longitudinal", "lateral", "cos", "sin")
 
 
-def displacement_targets(displacements: Float[Array, "N 3"]) -> Float[Array, "N 4"]:
+def displacement_targets(displacements: Float[Numbers, "N 3"]) -> Float[Numbers, "N 4"]:
     """(longitudinal, lateral, cos, sin of the orientation change) of each displacement."""
     longitudinal, lateral, turn = displacements.T
     return jnp.stack([longitudinal, lateral, jnp.cos(turn), jnp.sin(turn)], axis=-1)
 
 
 def linear_probe(
-    codes: Float[Array, "N C"],
-    targets: Float[Array, "N D"],
-    test_codes: Float[Array, "P C"],
-    test_targets: Float[Array, "P D"],
+    codes: Float[Numbers, "N C"],
+    targets: Float[Numbers, "N D"],
+    test_codes: Float[Numbers, "P C"],
+    test_targets: Float[Numbers, "P D"],
     *,
     ridge: float = 1e-6,
-) -> Float[Array, " D"]:
+) -> Float[Numbers, " D"]:
     """R2 on the test rows of ridge regression fitted on the others, per target.
 
     `ridge` is relative to the largest eigenvalue of the centred codes' covariance.
@@ -37,7 +38,7 @@ def linear_probe(
 
 
 def within_to_total_variance(
-    codes: Float[Array, "N C"], groups: Float[Array, "N ..."]
+    codes: Float[Numbers, "N C"], groups: Float[Numbers, "N ..."]
 ) -> float:
     """Share of the codes' variance that lies within groups of equal label; 0 is organised.
 

@@ -14,7 +14,7 @@ class Projection:
     explained_variance_ratio: Float[np.ndarray, " P"]
 
 
-def pca(codes: Float[Array, "N C"], num_components: int = 3) -> Projection:
+def pca(codes: Float[Array | np.ndarray, "N C"], num_components: int = 3) -> Projection:
     """Codes on their principal components, largest variance first.
 
     Each component's sign makes its largest loading positive, so that two calls agree.
@@ -31,7 +31,7 @@ def pca(codes: Float[Array, "N C"], num_components: int = 3) -> Projection:
 
 
 def ica(
-    codes: Float[Array, "N C"], num_components: int = 3, *, seed: int = 0
+    codes: Float[Array | np.ndarray, "N C"], num_components: int = 3, *, seed: int = 0
 ) -> Float[np.ndarray, "N P"]:
     """Independent components of codes (FastICA; Hyvärinen and Oja, 2000), unit variance."""
     from sklearn.decomposition import FastICA

@@ -103,9 +103,7 @@ class IdentityEncoder(AbstractMotorEncoder):
 
 
 def _code_mlp(in_size: int, width_size: int, code_size: int, *, key: Key) -> eqx.nn.MLP:
-    return eqx.nn.MLP(
-        in_size, code_size, width_size, 2, final_activation=jax.nn.sigmoid, key=key
-    )
+    return eqx.nn.MLP(in_size, code_size, width_size, 2, final_activation=jax.nn.sigmoid, key=key)
 
 
 def _where(flag, yes, no):  # type: ignore[no-untyped-def]

@@ -131,9 +131,7 @@ def _scaled_layer(
     if isinstance(layer, eqx.nn.Linear):
         out_size, in_size = layer.weight.shape
         weight = jax.nn.initializers.he_normal(1, 0)(key, (out_size, in_size))
-        return eqx.tree_at(
-            lambda m: (m.weight, m.bias), layer, (weight, jnp.zeros((out_size,)))
-        )
+        return eqx.tree_at(lambda m: (m.weight, m.bias), layer, (weight, jnp.zeros((out_size,))))
     input_key, hidden_key = jax.random.split(key)
     hidden_size, in_size = layer.hidden_size, layer.input_size
     glorot = jax.nn.initializers.glorot_uniform(1, 0)

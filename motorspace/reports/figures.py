@@ -45,7 +45,7 @@ def environment_figure(
             ends = np.stack([x + ranges * np.cos(angles), y + ranges * np.sin(angles)], -1)
             rays = [[(x, y), tuple(end)] for end in ends]
             axes.add_collection(LineCollection(rays, colors="tab:orange", linewidths=0.8))
-            axes.scatter(*ends.T, s=8, color="tab:orange", zorder=3)
+            axes.scatter(ends[:, 0], ends[:, 1], s=8, color="tab:orange", zorder=3)
         axes.scatter([x], [y], s=45, color="tab:blue", zorder=4)
         axes.plot([x, x + np.cos(gaze)], [y, y + np.sin(gaze)], color="black", lw=1.5, zorder=5)
     return figure
@@ -110,18 +110,14 @@ def codes_figure(
     return figure
 
 
-def lattice_figure(
-    rows: Sequence[tuple[str, Numbers, Numbers]], *, colours: str = "jet"
-) -> Figure:
+def lattice_figure(rows: Sequence[tuple[str, Numbers, Numbers]], *, colours: str = "jet") -> Figure:
     """Lattice codes on two components: a row per model, a column per displacement."""
     figure = Figure(figsize=(9, 4 * len(rows)), layout="constrained")
     grid = figure.subplots(len(rows), 2, squeeze=False)
     for panels, (title, coordinates, displacements) in zip(grid, rows, strict=True):
         for column, axes in enumerate(panels):
             value = np.asarray(displacements)[:, column]
-            shown = axes.scatter(
-                *coordinates[:, :2].T, c=value, cmap=colours, s=10, linewidths=0
-            )
+            shown = axes.scatter(*coordinates[:, :2].T, c=value, cmap=colours, s=10, linewidths=0)
             figure.colorbar(shown, ax=axes)
             axes.set(title=f"{title}\n{COMPONENTS[column]}", xlabel="PC 1", ylabel="PC 2")
     return figure
@@ -155,7 +151,9 @@ def _chosen(displacements: Numbers, column: int) -> Numbers:
 
 def _walls(axes: Axes, world: WalledWorld) -> None:
     x_low, y_low, x_high, y_high = world.bounds
-    axes.add_collection(LineCollection(np.asarray(world.walls), colors="0.15", linewidths=1.8))
+    axes.add_collection(
+        LineCollection(list(np.asarray(world.walls)), colors="0.15", linewidths=1.8)
+    )
     solids = np.asarray(world.solids)
     start = 0
     for stop in range(1, len(solids) + 1):

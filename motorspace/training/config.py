@@ -69,9 +69,7 @@ class SimulationConfig:
             if self.agent == "forward"
             else HolonomicAgent(rotation, self.head_rule, self.head_start)
         )
-        fan = RangeFan(
-            self.num_rays, self.max_range, self.field_of_view * math.pi, self.sense_head
-        )
+        fan = RangeFan(self.num_rays, self.max_range, self.field_of_view * math.pi, self.sense_head)
         return layout(self.layout), agent, fan
 
 

@@ -130,8 +130,8 @@ def fit(
 ) -> TrainState:
     """Train from `state` to the configured number of epochs.
 
-    `source` is a fixed `Experience` (batches are drawn with replacement) or a function from a
-    key and the epoch to fresh transitions. `watch` is called after every epoch with the state and its
+    `source` is a fixed `Experience` (batches are drawn with replacement) or a function from a key
+    and the epoch to fresh transitions. `watch` is called after every epoch with the state and its
     record. Raises `UserError` when the loss stops being finite; what `watch` was given before
     stays valid.
     """

@@ -110,9 +110,7 @@ def train(
         _claim(folder, config, scaling, horizon, resume=resume)
         keeper = _Keeper(folder, *_restore(folder, state), watch)
         try:
-            state = fit(
-                config.training, config.model, keeper.state, source, watch=keeper.record
-            )
+            state = fit(config.training, config.model, keeper.state, source, watch=keeper.record)
         finally:
             keeper.write()
         write_atomically(folder / "weights.safetensors", _packed(state.model))

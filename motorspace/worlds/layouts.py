@@ -14,6 +14,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import resources
+from itertools import pairwise
 from pathlib import Path
 
 import jax
@@ -44,7 +45,7 @@ class Layout:
         x_low, y_low, x_high, y_high = self.bounds
         outer = ((x_low, y_low), (x_high, y_low), (x_high, y_high), (x_low, y_high))
         solids = [s for polygon in self.solids for s in _closed(polygon)]
-        inner = [s for line in self.walls for s in zip(line, line[1:], strict=False)]
+        inner = [s for line in self.walls for s in pairwise(line)]
         return [*_closed(outer), *inner, *solids], solids
 
     def world(self) -> WalledWorld:
@@ -227,7 +228,7 @@ def _points(text: str, place: str, *, at_least: int) -> tuple[Point, ...]:
             where=place,
             remedy="write x y pairs",
         )
-    if any(a == b for a, b in zip(points, points[1:], strict=False)):
+    if any(a == b for a, b in pairwise(points)):
         raise UserError(
             "two neighbouring points are equal", where=place, remedy="leave one of them out"
         )
@@ -239,9 +240,7 @@ def _checked(layout: Layout, where: str) -> Layout:
     world = layout.world()
     x_low, y_low, x_high, y_high = layout.bounds
     grid = jnp.stack(
-        jnp.meshgrid(
-            jnp.linspace(x_low, x_high, 66)[1:-1], jnp.linspace(y_low, y_high, 66)[1:-1]
-        )
+        jnp.meshgrid(jnp.linspace(x_low, x_high, 66)[1:-1], jnp.linspace(y_low, y_high, 66)[1:-1])
     ).reshape(2, -1)
     share = float(jax.vmap(world.free)(grid[0], grid[1]).mean())
     if share < MIN_FREE_SHARE:

@@ -60,6 +60,4 @@ class NodeIndex(AbstractSensor[LatticeWorld]):
     def sense(self, world: LatticeWorld, pose: Pose) -> Sensors:
         node = jnp.round(pose.y * world.width + pose.x).astype(int)
         quarter = jnp.mod(jnp.round(pose.gaze * 2 / jnp.pi).astype(int), 4)
-        return jnp.concatenate(
-            [jax.nn.one_hot(node, world.num_nodes), jax.nn.one_hot(quarter, 4)]
-        )
+        return jnp.concatenate([jax.nn.one_hot(node, world.num_nodes), jax.nn.one_hot(quarter, 4)])

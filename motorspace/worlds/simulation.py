@@ -14,9 +14,7 @@ MAX_PROPOSALS = 1000
 """An agent whose commands the walls refuse so often ends its sequence early."""
 
 
-def step(
-    world: AbstractWorld, agent: AbstractAgent, pose: Pose, motor: Motor
-) -> tuple[Pose, Flag]:
+def step(world: AbstractWorld, agent: AbstractAgent, pose: Pose, motor: Motor) -> tuple[Pose, Flag]:
     """The pose after one command, and whether a wall took the translation away."""
     legs = agent.move(pose, motor)
     starts = (pose, *legs[:-1])

@@ -68,9 +68,7 @@ class WalledWorld(AbstractWorld):
         return Pose(x, y, heading, jnp.zeros_like(x))
 
     def blocked(self, start: Pose, end: Pose) -> Flag:
-        return geometry.crosses(self.walls, start, end) | geometry.touches(
-            self.walls, end.x, end.y
-        )
+        return geometry.crosses(self.walls, start, end) | geometry.touches(self.walls, end.x, end.y)
 
 
 class LatticeWorld(AbstractWorld):

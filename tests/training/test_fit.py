@@ -70,17 +70,13 @@ def test_a_loss_that_is_not_finite_stops_the_run():
     broken = replace_sensors(experience, experience.sensors.at[:256].set(jnp.inf))
     seen = []
     state = init(SMALL, NETWORK, Scaling((1.0,), (1.0,)), horizon=3)
-    with pytest.raises(
-        UserError, match="no longer finite after epoch 1; lower the learning rate"
-    ):
+    with pytest.raises(UserError, match="no longer finite after epoch 1; lower the learning rate"):
         fit(SMALL, NETWORK, state, broken, watch=lambda s, r: seen.append(r))
     assert seen == []
 
 
 def replace_sensors(experience: Experience, sensors: jax.Array) -> Experience:
-    return Experience(
-        sensors, experience.motors, experience.num_steps, experience.later_sensors
-    )
+    return Experience(sensors, experience.motors, experience.num_steps, experience.later_sensors)
 
 
 def test_the_inverse_loss_does_not_reward_smaller_codes():

@@ -33,9 +33,7 @@ CONFIG = RunConfig(
 
 
 def trained(folder: Path, config: RunConfig = CONFIG, **options: object) -> runs.Run:
-    return train(
-        config, fresh_experience(config), simulation_scaling(config), folder, **options
-    )
+    return train(config, fresh_experience(config), simulation_scaling(config), folder, **options)
 
 
 def test_a_finished_run_is_read_back_as_it_was(tmp_path):
@@ -57,9 +55,7 @@ def test_a_stopped_run_resumes_to_the_same_bytes(tmp_path):
         trained(tmp_path / "parted", watch=stop)
     trained(tmp_path / "parted", resume=True)
     for name in ("weights.safetensors", "log.jsonl", "config.json"):
-        assert (tmp_path / "whole" / name).read_bytes() == (
-            tmp_path / "parted" / name
-        ).read_bytes()
+        assert (tmp_path / "whole" / name).read_bytes() == (tmp_path / "parted" / name).read_bytes()
 
 
 SCRIPT = """
@@ -121,7 +117,7 @@ def test_truncated_weights_are_refused(tmp_path, keep):
     trained(tmp_path)
     path = tmp_path / "weights.safetensors"
     path.write_bytes(path.read_bytes()[:keep])
-    with pytest.raises(UserError, match="weights.safetensors: the file is cut off or damaged"):
+    with pytest.raises(UserError, match=r"weights\.safetensors: the file is cut off or damaged"):
         load_run(tmp_path)
 
 

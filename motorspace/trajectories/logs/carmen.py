@@ -51,7 +51,9 @@ def read_carmen(
             last_odometry = odometry
     if len(scans) < 2:
         raise UserError(
-            f"the log holds {len(scans)} FLASER rows", where=path, remedy="at least two are needed"
+            f"the log holds {len(scans)} FLASER rows",
+            where=path,
+            remedy="at least two are needed",
         )
     pairs = np.asarray(increments, np.float64).reshape(-1, 2, 3)
     used = np.asarray(intervals, int) < len(scans) - 1
@@ -71,8 +73,7 @@ def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
     """Numbered rows split into words, empty ones left out."""
     number = 0
     try:
-        opened = gzip.open(path, "rt") if path.suffix == ".gz" else path.open()
-        with opened as lines:
+        with gzip.open(path, "rt") if path.suffix == ".gz" else path.open() as lines:
             for number, line in enumerate(lines, start=1):
                 if words := line.split():
                     yield number, words
@@ -85,7 +86,9 @@ def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
     except (OSError, UnicodeDecodeError, zlib.error) as error:
         reason = getattr(error, "strerror", None) or "it is damaged or not text"
         raise UserError(
-            f"the log cannot be read ({reason})", where=path, remedy="check the path and the file"
+            f"the log cannot be read ({reason})",
+            where=path,
+            remedy="check the path and the file",
         ) from None
 
 
@@ -96,9 +99,7 @@ def _beams(words: list[str], place: str) -> int:
         raise _short(place, "a FLASER row begins with its number of beams")
     # After the beams: the corrected pose, the odometry pose, and a time stamp.
     if len(words) < count[0] + 9:
-        raise _short(
-            place, f"a FLASER row of {int(count[0])} beams ends after {len(words)} words"
-        )
+        raise _short(place, f"a FLASER row of {int(count[0])} beams ends after {len(words)} words")
     return int(count[0])
 
 

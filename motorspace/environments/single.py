@@ -1,0 +1,89 @@
+"""One agent behind Gymnasium's single interface."""
+
+from typing import Any
+
+import gymnasium
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from motorspace._errors import UserError
+from motorspace._types import Pose
+from motorspace.environments.render import render
+from motorspace.environments.setting import (
+    AgentName,
+    advance_all,
+    begin_all,
+    build_setting,
+    jax_key,
+    pose_row,
+)
+
+Observation = Float[np.ndarray, " K"]
+
+
+class ExplorationEnv(gymnasium.Env[Observation, Any]):
+    """An agent exploring a world: observations are its sensors, actions its commands.
+
+    The reward is 0 and an episode never terminates; it is truncated after `max_steps`. `info`
+    holds the true `pose` (x, y, heading, head) and whether the last move was `blocked`.
+    `layout` and `max_rotation` (units of pi) are those of the continuous worlds.
+    """
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 10}
+
+    def __init__(
+        self,
+        agent: AgentName,
+        render_mode: str | None = None,
+        max_steps: int = 200,
+        layout: str = "paper",
+        max_rotation: float = 0.8,
+        lattice_size: int = 6,
+    ) -> None:
+        if render_mode not in (None, "rgb_array"):
+            raise UserError(f"there is no render mode {render_mode!r}", remedy="use rgb_array")
+        if max_steps < 1:
+            raise UserError(f"an episode of {max_steps} steps is none", remedy="give at least 1")
+        self.setting = build_setting(
+            agent, layout_name=layout, max_rotation=max_rotation, lattice_size=lattice_size
+        )
+        self.render_mode = render_mode
+        self.max_steps = max_steps
+        self.action_space = self.setting.action_space
+        self.observation_space = self.setting.observation_space
+        self._pose: Pose | None = None
+        self._steps = 0
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        super().reset(seed=seed)
+        pose, sensors = begin_all(self.setting, jax_key(self.np_random)[None])
+        self._pose, self._steps = _only(pose), 0
+        return np.array(sensors[0], np.float32), self._info(blocked=False)
+
+    def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        if self._pose is None:
+            raise gymnasium.error.ResetNeeded("call reset before step")
+        poses = jax.tree.map(lambda leaf: leaf[None], self._pose)
+        pose, sensors, blocked = advance_all(self.setting, poses, jnp.asarray(action)[None])
+        self._pose = _only(pose)
+        self._steps += 1
+        truncated = self._steps >= self.max_steps
+        info = self._info(blocked=bool(blocked[0]))
+        return np.array(sensors[0], np.float32), 0.0, False, truncated, info
+
+    def render(self) -> UInt8[np.ndarray, "H W 3"] | None:
+        if self.render_mode is None or self._pose is None:
+            return None
+        return render(self.setting.world, self.setting.sensor, self._pose)
+
+    def _info(self, *, blocked: bool) -> dict[str, Any]:
+        assert self._pose is not None
+        return {"pose": pose_row(self._pose), "blocked": blocked}
+
+
+def _only(poses: Pose) -> Pose:
+    return jax.tree.map(lambda leaf: leaf[0], poses)

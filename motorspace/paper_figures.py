@@ -1,0 +1,78 @@
+"""The paper's figures, drawn from finished runs."""
+
+from pathlib import Path
+
+import jax
+import numpy as np
+
+from motorspace import paper
+from motorspace.analysis.projections import ica, pca
+from motorspace.reports import figures
+from motorspace.training import Run, load_run
+from motorspace.training.runs import write_atomically
+from motorspace.worlds import layout, layout_names
+
+SHOWN_ROTATIONS = (0.2, 0.4, 0.8)
+NUM_POINTS = 6000
+FIGURE_SEED = 2_000_003
+
+Row = tuple[str, np.ndarray, np.ndarray]
+
+
+def write_all(folder: Path) -> list[Path]:
+    """Every figure that the finished runs below `folder` allow, as PNG files."""
+    pictures = {"layouts": figures.layouts_figure({n: layout(n) for n in layout_names()})}
+    for agent in ("forward", "holonomic"):
+        rows = _table_rows(folder, agent)
+        if rows:
+            pictures[f"codes-{agent}"] = figures.codes_figure(rows)
+            pictures[f"codes-{agent}-uniform"] = figures.codes_figure(
+                rows, colours=figures.UNIFORM_COLOURS
+            )
+        run = _finished(folder / f"table/{agent}-0.8/model/seed0")
+        if run is not None:
+            codes, displacements = codes_of(run)
+            row = (f"{agent}, r = 0.8 pi", ica(codes), displacements)
+            pictures[f"ica-{agent}"] = figures.codes_figure([row], axis_name="IC")
+    lattice = _lattice_rows(folder)
+    if lattice:
+        pictures["lattice"] = figures.lattice_figure(lattice)
+    written = []
+    for name, figure in pictures.items():
+        written.append(folder / f"{name}.png")
+        write_atomically(written[-1], figures.png(figure, dots_per_inch=70))
+    return written
+
+
+def codes_of(run: Run) -> tuple[np.ndarray, np.ndarray]:
+    """Codes of fresh trajectories, and the displacements that these caused."""
+    fresh = paper.draw_test(run.config, NUM_POINTS, key=jax.random.key(FIGURE_SEED))
+    experience = fresh.experience
+    codes = run.encode(experience.motors, experience.num_steps)
+    return np.asarray(codes), np.asarray(fresh.displacements.achieved)
+
+
+def _table_rows(folder: Path, agent: str) -> list[Row]:
+    rows = []
+    for rotation in SHOWN_ROTATIONS:
+        run = _finished(folder / f"table/{agent}-{rotation}/model/seed0")
+        if run is not None:
+            codes, displacements = codes_of(run)
+            title = f"{agent}, r = {rotation} pi"
+            rows.append((title, pca(codes).coordinates, displacements))
+    return rows
+
+
+def _lattice_rows(folder: Path) -> list[Row]:
+    rows = []
+    for kind in ("without-inverse", "with-inverse"):
+        run = _finished(folder / f"lattice/{kind}/model/seed0")
+        if run is not None:
+            codes, displacements = codes_of(run)
+            title = f"{kind.replace('-', ' ')} model"
+            rows.append((title, pca(codes).coordinates, displacements))
+    return rows
+
+
+def _finished(folder: Path) -> Run | None:
+    return load_run(folder) if (folder / "weights.safetensors").exists() else None

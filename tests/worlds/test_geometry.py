@@ -1,0 +1,169 @@
+"""Displacements obey the laws of SE(2); rays and crossings agree with shapely."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motorspace import Pose, layout
+from motorspace.worlds.geometry import (
+    MARGIN,
+    advance,
+    cast,
+    compose,
+    crosses,
+    inside,
+    inverse,
+    relative,
+    touches,
+    wrap,
+)
+
+coordinate = st.floats(-20, 20, width=32)
+angle = st.floats(-3.1, 3.1, width=32)
+displacement = st.tuples(coordinate, coordinate, angle).map(lambda d: jnp.array(d, jnp.float32))
+pose = st.tuples(coordinate, coordinate, angle, angle).map(
+    lambda p: Pose(*(jnp.float32(v) for v in p))
+)
+
+
+def matrix(d):
+    """The homogeneous matrix of a displacement, float64."""
+    x, y, turn = (float(v) for v in d)
+    cos, sin = np.cos(turn), np.sin(turn)
+    return np.array([[cos, -sin, x], [sin, cos, y], [0, 0, 1]])
+
+
+def point(x, y):
+    zero = jnp.zeros(())
+    return Pose(jnp.float32(x), jnp.float32(y), zero, zero)
+
+
+@settings(max_examples=60, deadline=None)
+@given(displacement, displacement)
+def test_compose_is_the_matrix_product(first, then):
+    np.testing.assert_allclose(
+        matrix(compose(first, then)), matrix(first) @ matrix(then), atol=1e-4
+    )
+
+
+@settings(max_examples=60, deadline=None)
+@given(displacement)
+def test_inverse_is_the_matrix_inverse(d):
+    np.testing.assert_allclose(matrix(inverse(d)), np.linalg.inv(matrix(d)), atol=1e-4)
+
+
+@settings(max_examples=60, deadline=None)
+@given(pose, pose, pose)
+def test_relative_displacements_chain(a, b, c):
+    chained = compose(relative(a, b), relative(b, c))
+    np.testing.assert_allclose(matrix(chained), matrix(relative(a, c)), atol=2e-4)
+
+
+def test_relative_is_measured_in_the_frame_of_the_sensors():
+    start = Pose(*jnp.array([1.0, 2.0, np.pi / 4, np.pi / 4]))
+    end = Pose(*jnp.array([0.0, 5.0, np.pi, 0.0]))
+    # Gazing along +y: three ahead, one to the left, a quarter turn to the left.
+    np.testing.assert_allclose(relative(start, end), [3.0, 1.0, np.pi / 2], atol=1e-6)
+
+
+def test_advance_moves_ahead_and_to_the_left():
+    start = Pose(*jnp.array([1.0, 1.0, np.pi / 2, 0.3]))
+    end = advance(start, jnp.float32(2.0), jnp.float32(0.5))
+    np.testing.assert_allclose([end.x, end.y, end.heading, end.head], [0.5, 3, np.pi / 2, 0.3])
+
+
+@pytest.mark.parametrize(("angle", "wrapped"), [(7.0, 7 - 2 * np.pi), (-4.0, 2 * np.pi - 4)])
+def test_wrap(angle, wrapped):
+    np.testing.assert_allclose(wrap(jnp.float32(angle)), wrapped, atol=1e-6)
+
+
+def test_wrap_keeps_pi_and_turns_minus_pi_over():
+    assert wrap(jnp.float32(jnp.pi)) == jnp.float32(jnp.pi)
+    assert wrap(-jnp.float32(jnp.pi)) == jnp.float32(jnp.pi)
+
+
+def range_by_shapely(walls, origin, angle, max_range):
+    """Distance along a ray to walls, float64."""
+    end = origin + max_range * np.array([np.cos(angle), np.sin(angle)])
+    met = shapely.intersection(shapely.linestrings([origin, end]), shapely.linestrings(walls))
+    points = met[~shapely.is_empty(met)]
+    return shapely.distance(shapely.points(origin), points).min(initial=max_range)
+
+
+@pytest.mark.parametrize("name", ["paper", "pillars", "rooms:3"])
+def test_cast_agrees_with_shapely(name):
+    world, rng = layout(name), np.random.default_rng(1)
+    origins = rng.uniform(1, 39, (400, 2)).astype(np.float32)
+    angles = rng.uniform(-np.pi, np.pi, 400).astype(np.float32)
+    found = jax.vmap(lambda o, a: cast(world.walls, o[0], o[1], a[None], 10.0)[0])(
+        jnp.asarray(origins), jnp.asarray(angles)
+    )
+    walls = np.asarray(world.walls, np.float64)
+    expected = [
+        range_by_shapely(walls, o, a, 10.0)
+        for o, a in zip(origins.astype(float), angles.astype(float), strict=True)
+    ]
+    np.testing.assert_allclose(found, expected, atol=1e-3)
+    assert min(expected) < 5 and max(expected) == 10.0
+
+
+def test_no_ray_leaks_through_a_corner():
+    """Towards the ends of an unbroken outline a ray never reads farther than the corner."""
+    world = layout("empty")
+    rng = np.random.default_rng(2)
+    for origin in rng.uniform(1, 39, (50, 2)):
+        corners = np.asarray(world.walls[:, 0], float) - origin
+        angles = jnp.asarray(np.arctan2(corners[:, 1], corners[:, 0]), jnp.float32)
+        found = cast(world.walls, *jnp.asarray(origin, jnp.float32), angles, 100.0)
+        np.testing.assert_allclose(found, np.hypot(*corners.T), rtol=1e-4)
+
+
+def test_a_ray_along_a_wall_reads_a_wall_and_no_nonsense():
+    wall = jnp.array([[[2.0, 0.0], [5.0, 0.0]]])
+    edge_on = cast(wall, jnp.float32(0), jnp.float32(0), jnp.zeros(1), 10.0)[0]
+    assert any(np.isclose(edge_on, reading) for reading in (2.0, 5.0, 10.0))
+    grazing = cast(wall, jnp.float32(0), jnp.float32(1e-3), jnp.array([-2.5e-4]), 10.0)[0]
+    np.testing.assert_allclose(grazing, 4.0, atol=1e-2)
+
+
+def test_rays_behind_and_beyond_the_range_read_the_range():
+    wall = jnp.array([[[2.0, -1.0], [2.0, 1.0]]])
+    readings = cast(wall, jnp.float32(0), jnp.float32(0), jnp.array([0.0, np.pi]), 10.0)
+    np.testing.assert_allclose(readings, [2.0, 10.0])
+    assert cast(wall, jnp.float32(0), jnp.float32(0), jnp.zeros(1), 1.5)[0] == 1.5
+
+
+whole = st.integers(-8, 8).map(lambda v: v / 4)
+corner = st.tuples(whole, whole)
+COMPILED_CROSSES = jax.jit(crosses)
+
+
+@settings(max_examples=300, deadline=None)
+@given(corner, corner, corner, corner, st.floats(-2e-3, 2e-3))
+def test_crosses_agrees_with_shapely(a, b, start, end, nudge):
+    """On a coarse grid touching, collinear and degenerate cases are common."""
+    if a == b:
+        return
+    end = (end[0] + nudge, end[1])
+    found = COMPILED_CROSSES(jnp.array([[a, b]]), point(*start), point(*end))
+    distance = shapely.distance(
+        shapely.LineString([a, b]), shapely.LineString([start, np.float32(end)])
+    )
+    if distance == 0:
+        assert found
+    if distance > 1.5 * MARGIN:
+        assert not found
+
+
+def test_touches_and_inside():
+    square = [(0, 0), (2, 0), (2, 2), (0, 2)]
+    edges = jnp.array([*zip(square, square[1:] + square[:1], strict=True)], float)
+    assert touches(edges, jnp.float32(2 + MARGIN), jnp.float32(1))
+    assert not touches(edges, jnp.float32(2 + 3 * MARGIN), jnp.float32(1))
+    assert inside(edges, jnp.float32(0.1), jnp.float32(1.9))
+    assert not inside(edges, jnp.float32(2.1), jnp.float32(1))
+    assert not inside(edges, jnp.float32(-1), jnp.float32(1))
