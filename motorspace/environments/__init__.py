@@ -1,7 +1,8 @@
 """The three agents as Gymnasium environments, without a task: reward 0, never terminated.
 
 Importing this package registers `motorspace/Lattice-v0`, `motorspace/Forward-v0` and
-`motorspace/Holonomic-v0`; installed, the package is also found by `gymnasium.make` itself.
+`motorspace/Holonomic-v0`; or let Gymnasium do it:
+`gymnasium.make("motorspace.environments:motorspace/Forward-v0")`.
 """
 
 import gymnasium

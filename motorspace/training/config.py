@@ -58,6 +58,18 @@ class SimulationConfig:
     lattice_size: int = 6
     """Nodes along each side of the lattice."""
 
+    def __post_init__(self) -> None:
+        for name in ("horizon", "min_horizon", "num_rays", "lattice_size"):
+            value = getattr(self, name)
+            if value is not None and value < 1:
+                raise UserError(f"{name} must be at least 1, not {value}")
+        for name in ("max_rotation", "max_range", "field_of_view"):
+            value = getattr(self, name)
+            if not 0 < value < math.inf:
+                raise UserError(f"{name} must be above 0, not {value}")
+        if self.min_horizon is not None and self.min_horizon > self.horizon:
+            raise UserError(f"min_horizon {self.min_horizon} is above horizon {self.horizon}")
+
     def build(self) -> tuple[AbstractWorld, AbstractAgent, AbstractSensor[Any]]:
         """The world, the agent and its sensors."""
         if self.agent == "lattice":

@@ -15,6 +15,7 @@ from motorspace import (
     LatticeAgent,
     LatticeWorld,
     Pose,
+    WalledWorld,
     layout,
     layout_names,
     rollout,
@@ -27,11 +28,15 @@ AGENTS = {"forward": ForwardAgent(), "holonomic": HolonomicAgent()}
 PAPER = layout("paper")
 CORNERS = np.unique(np.asarray(PAPER.walls, float).reshape(-1, 2), axis=0)
 STEP = eqx.filter_jit(step)
+FREE = eqx.filter_jit(WalledWorld.free)
 
 
 def obstacles(world):
     """The walls of a world as one exact geometry."""
     return shapely.union_all(shapely.linestrings(np.asarray(world.walls, np.float64)))
+
+
+PAPER_WALLS = obstacles(PAPER)
 
 
 def paths(before, after, headings, motors):
@@ -105,13 +110,12 @@ def test_resampled_commands_are_all_executed(agent):
     share=st.sampled_from([0.999, 1.0, 0.5]),
 )
 def test_commands_aimed_at_corners_ends_and_along_walls(corner, bearing, distance, miss, share):
-    """From beside a corner, straight at it, a hair past it, or along the wall that ends there."""
+    """From beside a corner, at it, a hair past it, or along the wall that ends there."""
     away = distance * np.array([np.cos(bearing), np.sin(bearing)])
     x, y = jnp.asarray(CORNERS[corner] - away, jnp.float32)
-    if not PAPER.free(x, y):
+    if not FREE(PAPER, x, y):
         return
     start = Pose(x, y, jnp.zeros(()), jnp.zeros(()))
-    walls = obstacles(PAPER)
     aim = jnp.float32(bearing + miss)
     for agent, motor in (
         (AGENTS["forward"], jnp.array([aim, share])),
@@ -123,8 +127,8 @@ def test_commands_aimed_at_corners_ends_and_along_walls(corner, bearing, distanc
             assert (end.x, end.y) == (start.x, start.y)
             continue
         leg = paths(np.stack([start.x, start.y]), np.stack([end.x, end.y]), end.heading, motor)
-        assert not shapely.intersects(walls, leg)
-        assert PAPER.free(end.x, end.y)
+        assert not shapely.intersects(PAPER_WALLS, leg)
+        assert FREE(PAPER, end.x, end.y)
 
 
 def test_a_wall_takes_the_translation_and_leaves_the_turn():

@@ -1,0 +1,99 @@
+"""The command line: wrong input is one sentence and exit code 2; right input does the work."""
+
+import json
+import runpy
+from pathlib import Path
+
+import pytest
+
+from motorspace.cli import main
+
+ROOT = Path(__file__).parents[1]
+TINY = [
+    "--epochs",
+    "2",
+    "--trajectories-per-epoch",
+    "64",
+    "--batch-size",
+    "32",
+    "--layout",
+    "empty",
+]
+
+
+def test_train_evaluate_and_resume(tmp_path, capsys):
+    folder = str(tmp_path / "run")
+    main(["train", "forward", *TINY, "--horizon", "2", "--out", folder])
+    assert "finished" in capsys.readouterr().out
+    main(["evaluate", folder, "--num", "500", "--json"])
+    measured = json.loads(capsys.readouterr().out)
+    assert measured["errors"]["num_trajectories"] == 500
+    assert measured["errors"]["model"] > 0
+    main(["train", "forward", *TINY, "--horizon", "2", "--out", folder, "--resume"])
+    described = json.loads((tmp_path / "run" / "config.json").read_text())
+    assert described["config"]["simulation"]["horizon"] == 2
+
+
+def test_train_on_a_table(tmp_path, capsys):
+    table = tmp_path / "robot.csv"
+    rows = [f"{t},{0.1 * (t % 3)},{t % 7}" for t in range(300)]
+    table.write_text("\n".join(["time,motor_a,sensor_a", *rows]))
+    main(["train", "forward", "--data", str(table), *TINY, "--out", str(tmp_path / "run")])
+    assert (tmp_path / "run" / "weights.safetensors").exists()
+    main(["inspect", str(table), "--json"])
+    out = capsys.readouterr().out.splitlines()[-1]
+    assert json.loads(out)["scans"] == 300
+
+
+WRONG = {
+    "layout": (["train", "forward", "--layout", "nowhere"], "there is no layout 'nowhere'"),
+    "horizon": (["train", "forward", "--horizon", "0"], "horizon must be at least 1, not 0"),
+    "range": (["train", "forward", "--max-range", "-1"], "max_range must be above 0, not -1.0"),
+    "rotation": (["train", "forward", "--max-rotation", "0"], "max_rotation must be above 0"),
+    "epochs": (["train", "forward", "--epochs", "0"], "0 epochs of 2000 trajectories"),
+    "run": (["evaluate", "nowhere"], "there is no run here; give a folder"),
+    "log": (["inspect", "nowhere.log"], "the log cannot be read"),
+    "num": (["evaluate", "nowhere", "--num", "0"], "cannot measure on 0 trajectories"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_wrong_input_is_one_sentence_and_exit_code_2(tmp_path, monkeypatch, capsys, case):
+    monkeypatch.chdir(tmp_path)
+    arguments, message = WRONG[case]
+    with pytest.raises(SystemExit) as stop:
+        main(arguments)
+    assert stop.value.code == 2
+    told = capsys.readouterr().err
+    assert message in told and "Traceback" not in told
+    assert len(told.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["train", "forward", "--rotation", "3"],
+        ["train", "forward", "--max-rotation", "much"],
+        ["fly"],
+    ],
+)
+def test_wrong_flags_end_with_exit_code_2(arguments, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(arguments)
+    assert stop.value.code == 2
+    assert "Traceback" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("script", sorted((ROOT / "examples").glob("*.py")), ids=lambda p: p.stem)
+def test_examples_run(script, capsys):
+    runpy.run_path(str(script), run_name="__main__")
+    assert capsys.readouterr().out
+
+
+def test_the_readme_runs():
+    blocks = (ROOT / "README.md").read_text().split("```python\n")[1:]
+    assert blocks
+    for block in blocks:
+        names: dict[str, object] = {}
+        exec(block.split("```")[0], names)
+        assert names["codes"].shape == (1000, 50)

@@ -1,0 +1,116 @@
+"""Sampling is reproducible, and what it logs is what happened."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from motorspace import (
+    ForwardAgent,
+    HolonomicAgent,
+    LatticeAgent,
+    LatticeWorld,
+    NodeIndex,
+    RangeFan,
+    UserError,
+    layout,
+    sample,
+)
+
+PAPER, FAN = layout("paper"), RangeFan()
+SYSTEMS = {
+    "forward": (PAPER, ForwardAgent(), FAN),
+    "holonomic": (PAPER, HolonomicAgent(), FAN),
+    "lattice": (LatticeWorld(), LatticeAgent(), NodeIndex()),
+}
+KEY = jax.random.key(3)
+systems = pytest.mark.parametrize("system", SYSTEMS.values(), ids=SYSTEMS)
+
+
+def as_bytes(tree):
+    return [np.asarray(leaf).tobytes() for leaf in jax.tree.leaves(tree)]
+
+
+@systems
+def test_shapes_and_same_key_same_bytes(system):
+    first, again = (sample(*system, num=32, horizon=4, key=KEY) for _ in range(2))
+    sensors, motors = len(system[2].scale(system[0])), len(system[1].motor_scale)
+    assert first.experience.sensors.shape == (32, sensors)
+    assert first.experience.later_sensors.shape == (32, sensors)
+    assert first.experience.motors.shape == (32, 4, motors)
+    assert first.displacements.achieved.shape == (32, 3)
+    assert len(first) == 32 and len(first[:5]) == 5
+    assert as_bytes(first) == as_bytes(again)
+    other = sample(*system, num=32, horizon=4, key=jax.random.key(4))
+    assert as_bytes(first.experience.motors) != as_bytes(other.experience.motors)
+
+
+@systems
+def test_resampled_displacements_are_what_the_commands_say(system):
+    drawn = sample(*system, num=500, horizon=6, key=KEY)
+    difference = drawn.displacements.nominal - drawn.displacements.achieved
+    wrapped = np.angle(np.exp(1j * np.asarray(difference[:, 2])))
+    np.testing.assert_allclose(difference[:, :2], 0, atol=1e-4)
+    np.testing.assert_allclose(wrapped, 0, atol=1e-4)
+    assert (drawn.experience.num_steps == 6).all()
+
+
+@systems
+def test_blocked_commands_are_logged_all_the_same(system):
+    drawn = sample(*system, num=500, horizon=6, collision="block", key=KEY)
+    assert (drawn.experience.num_steps == 6).all()
+    assert (np.abs(drawn.experience.motors).max(-1) > 0).all()
+    shift = np.asarray(drawn.displacements.nominal - drawn.displacements.achieved)[:, :2]
+    blocked = np.abs(shift).max(-1) > 1e-3
+    assert 0.02 < blocked.mean() < 0.98
+    # A wall takes translations alone: the turns are the commanded ones.
+    turn = drawn.displacements.nominal[:, 2] - drawn.displacements.achieved[:, 2]
+    np.testing.assert_allclose(np.angle(np.exp(1j * np.asarray(turn))), 0, atol=1e-4)
+
+
+def test_lengths_vary_between_their_limits_and_the_rest_is_zero():
+    drawn = sample(*SYSTEMS["forward"], num=600, horizon=5, min_horizon=2, key=KEY).experience
+    counts = np.bincount(drawn.num_steps, minlength=6)
+    assert (counts[:2] == 0).all() and (counts[2:] > 100).all()
+    empty = np.arange(5) >= np.asarray(drawn.num_steps)[:, None]
+    np.testing.assert_array_equal((np.asarray(drawn.motors) == 0).all(-1), empty)
+
+
+def test_a_trajectory_depends_on_the_key_and_its_number_alone():
+    """However many others are drawn beside it, or in which chunk it is simulated."""
+    few, many = (
+        sample(*SYSTEMS["holonomic"], num=num, horizon=3, key=KEY).experience for num in (7, 100)
+    )
+    np.testing.assert_allclose(many.motors[:7], few.motors, atol=1e-6)
+    np.testing.assert_allclose(many.later_sensors[:7], few.later_sensors, atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    "sizes",
+    [
+        {"num": 0, "horizon": 6},
+        {"num": 5, "horizon": 0},
+        {"num": 5, "horizon": 3, "min_horizon": 4},
+        {"num": 5, "horizon": 3, "min_horizon": 0},
+    ],
+)
+def test_impossible_sizes_are_told(sizes):
+    with pytest.raises(UserError, match="cannot sample"):
+        sample(*SYSTEMS["forward"], **sizes, key=KEY)
+
+
+def test_batches_of_sensors_equal_a_loop():
+    fan = FAN
+    places = jax.vmap(lambda key: PAPER.place(key=key))(jax.random.split(KEY, 20))
+    together = eqx.filter_jit(jax.vmap(fan.sense, in_axes=(None, 0)))(PAPER, places)
+    for index in range(20):
+        alone = fan.sense(PAPER, jax.tree.map(lambda leaf, i=index: leaf[i], places))
+        np.testing.assert_allclose(together[index], alone, atol=1e-4)
+
+
+def test_sensing_the_same_as_before_costs_a_lot():
+    """Predicting no change must be a poor predictor, or there is nothing to learn."""
+    drawn = sample(*SYSTEMS["forward"], num=2000, horizon=6, key=KEY).experience
+    assert jnp.mean((drawn.sensors - drawn.later_sensors) ** 2) > 5.0
+    assert jnp.var(drawn.sensors) > 3.0
