@@ -1,7 +1,7 @@
 """The one exception that means «the input is wrong», not «the program is»."""
 
 
-class UserError(ValueError):
+class UserError(Exception):
     """Bad input, told in one sentence: what is wrong, where, and what to do.
 
     The command line prints it without a traceback and exits with code 2.

@@ -47,11 +47,9 @@ def reproduce(
         wanted += paper.table_jobs(budget, seeds=seeds, parts=parts)
     with locked(folder):
         run_all(wanted, folder, budget=budget, processes=processes, report=report)
-        summary = {"date": date.today().isoformat(), "budget": budget}
-        write_json(
-            folder / "results.json",
-            summary | {"table": table(folder), "lattice": lattice(folder)},
-        )
+        cells, kinds = table(folder), lattice(folder)
+        write_json(folder / "results.json", {"budget": budget, "table": cells, "lattice": kinds})
+        write_json(folder / "summary.json", claims(cells, kinds, budget))
     if what in ("figures", "all"):
         paper_figures.write_all(folder)
     report(f"results: {folder / 'results.json'}")
@@ -120,6 +118,45 @@ def table(folder: Path) -> list[Row]:
             row["to_oracle"] = _ratio(row["model"], row["oracle"])
             rows.append(row)
     return rows
+
+
+def claims(cells: list[Row], kinds: list[Row], budget: paper.Budget) -> list[Row]:
+    """The targets for these results, and whether each holds at this budget."""
+    rows = [
+        _claim(
+            f"{cell['agent']}, r = {cell['rotation']} pi: error over its oracle's",
+            {k: cell["model"][k] / cell["oracle"]["mean"] for k in ("mean", "low", "high")},
+            at_most=1.10,
+        )
+        for cell in cells
+        if cell["oracle"]
+    ]
+    for kind in kinds:
+        if kind["part"] == "model":
+            rows.append(_claim(f"{kind['name']}: accuracy", kind["accuracy"], at_least=1.0))
+        if kind["name"] == "lattice/with-inverse":
+            for component in ("longitudinal", "lateral"):
+                name = f"{kind['name']}: R2 of {component} displacement from 3 components"
+                rows.append(_claim(name, kind["r2_from_3"][component], at_least=0.9))
+    origin = {
+        "command": f"motorspace reproduce all --budget {budget}",
+        "date": date.today().isoformat(),
+    }
+    return [row | origin for row in rows]
+
+
+def _claim(
+    claim: str, measured: Row, *, at_least: float | None = None, at_most: float | None = None
+) -> Row:
+    high_enough = at_least is None or measured["low"] >= at_least
+    low_enough = at_most is None or measured["high"] <= at_most
+    return {
+        "claim": claim,
+        "measured": measured["mean"],
+        "interval": [measured["low"], measured["high"]],
+        "target": f"at least {at_least}" if at_least is not None else f"at most {at_most}",
+        "holds": high_enough and low_enough,
+    }
 
 
 def lattice(folder: Path) -> list[Row]:

@@ -1,9 +1,15 @@
 """What all tests share."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import jax
 import pytest
+
+# Many tests compile the same programs: the second one need not.
+jax.config.update(
+    "jax_compilation_cache_dir", str(Path(__file__).parents[1] / ".pytest_cache" / "jax")
+)
 
 
 @pytest.fixture

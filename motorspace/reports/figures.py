@@ -100,7 +100,7 @@ def codes_figure(
             low, high = float(value.min()), float(value.max())
             style = {"cmap": colours[column], "vmin": low, "vmax": high, "linewidths": 0}
             faint, strong = coordinates[~chosen], coordinates[chosen]
-            axes.scatter(*faint.T, c=value[~chosen], s=4, alpha=0.08, **style)
+            axes.scatter(*faint.T, c=value[~chosen], s=4, alpha=0.15, **style)
             shown = axes.scatter(*strong.T, c=value[chosen], s=9, alpha=1.0, **style)
             figure.colorbar(shown, ax=axes, shrink=0.6, pad=0.08)
             axes.set_title(f"{title}\n{name}", fontsize=10)

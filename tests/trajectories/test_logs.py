@@ -104,10 +104,10 @@ def test_chaining_undoes_taking_apart():
 BROKEN = {
     "cut number of beams": ("FLASER 5 1 2", "line 1: a FLASER row of 5 beams ends after 4 words"),
     "text for a number": (
-        carmen_text().replace("0.5", "half", 1),
+        carmen_text().replace(" 0.5", " half", 1),
         "line 3: 'half' is not a number",
     ),
-    "not finite": (carmen_text().replace("0.5", "nan", 1), "line 3: 'nan' is not a number"),
+    "not finite": (carmen_text().replace(" 0.5", " nan", 1), "line 3: 'nan' is not a number"),
     "no beams": ("FLASER", "line 1: a FLASER row begins with its number of beams"),
     "short odometry": ("ODOM 1 2", "line 1: an ODOM row needs x, y and theta"),
     "empty": ("", "the log holds 0 FLASER rows; at least two are needed"),
