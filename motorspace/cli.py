@@ -186,6 +186,9 @@ def progress(what: str, epochs: int) -> Iterator[Watch]:
 
 def main(argv: Sequence[str] | None = None) -> None:
     """Run the command line. Wrong input ends with one sentence and exit code 2."""
+    # The products are small: a second thread gains a fifth on an idle machine, and loses an
+    # order of magnitude when it waits for a core that another process holds.
+    os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false")
     try:
         app.cli(
             prog="motorspace",

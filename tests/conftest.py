@@ -1,10 +1,14 @@
 """What all tests share."""
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
 import jax
 import pytest
+
+# As the command line does: threads that wait for a busy core cost far more than they gain.
+os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false")
 
 # Many tests compile the same programs: the second one need not.
 jax.config.update(

@@ -7,9 +7,12 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from motorspace._types import Code, Count, Key, Motor, Motors
+from motorspace._types import Code, Count, Key, Motors
 
 EncoderName = Literal["lstm", "gru", "sum", "mlp", "none", "identity"]
+
+
+MAX_UNROLL = 8
 
 
 class AbstractMotorEncoder(eqx.Module):
@@ -46,14 +49,17 @@ class RecurrentEncoder(AbstractMotorEncoder):
     def __call__(self, motors: Motors, num_steps: Count) -> Code:
         zero = jnp.zeros(self.cell.hidden_size)
         state = (zero, zero) if isinstance(self.cell, eqx.nn.LSTMCell) else zero
-        # Unrolled: one compiled loop iteration holds too little work for the CPU.
-        for index, motor in enumerate(motors):
-            state = _where(index < num_steps, self._advance(motor, state), state)
+
+        def advance(state, command):  # type: ignore[no-untyped-def]
+            index, motor = command
+            return _where(index < num_steps, self.cell(motor, state), state), None
+
+        # Unrolled, since one iteration holds too little work; long sequences only in part,
+        # since compilation grows with the number of copies.
+        commands = (jnp.arange(len(motors)), motors)
+        state, _ = jax.lax.scan(advance, state, commands, unroll=min(len(motors), MAX_UNROLL))
         hidden = state[0] if isinstance(state, tuple) else state
         return jax.nn.sigmoid(self.to_code(hidden))
-
-    def _advance(self, motor: Motor, state):  # type: ignore[no-untyped-def]
-        return self.cell(motor, state)
 
 
 class SumEncoder(AbstractMotorEncoder):

@@ -22,8 +22,8 @@ def read_carmen(
 ) -> Recording:
     """The scans and raw odometry increments of a CARMEN log. Metres, radians, seconds.
 
-    The beams of a scan are spread over pi, rightmost first; the `num_rays` nearest to an even
-    spread over `field_of_view` are kept. Readings at or beyond `max_range` mean «no return»
+    Beam i of n points to -pi/2 + i pi/n from the heading, rightmost first; `num_rays` of them,
+    evenly spread over `field_of_view` (at most pi), are kept. Readings at or beyond `max_range` mean «no return»
     and are clipped to it. Motor increments are (longitudinal, lateral, rotation).
 
     Raises `UserError` naming the file and the line that is broken.
@@ -55,8 +55,14 @@ def read_carmen(
             where=path,
             remedy="at least two are needed",
         )
-    pairs = np.asarray(increments, np.float64).reshape(-1, 2, 3)
     used = np.asarray(intervals, int) < len(scans) - 1
+    if not used.any():
+        raise UserError(
+            "the log holds no raw odometry: no two ODOM rows in a row between two scans",
+            where=path,
+            remedy="give a log with its ODOM rows",
+        )
+    pairs = np.asarray(increments, np.float64)
     return Recording(
         name=path.name,
         time=np.asarray(times),

@@ -125,6 +125,7 @@ def describe(recording: Recording) -> dict[str, Any]:
     if np.isfinite(recording.poses).all():
         steps = np.diff(recording.poses[:, :2], axis=0)
         described["path length"] = float(np.hypot(*steps.T).sum())
+        described["step between scans (median)"] = float(np.median(np.hypot(*steps.T)))
         if recording.planar:
             described["drift of chained increments at the end"] = end_drift(recording)
     return described

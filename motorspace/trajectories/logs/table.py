@@ -31,6 +31,12 @@ def read_table(path: Path) -> Recording:
             where=path,
             remedy="a table needs time, at least one motor_* and at least one sensor_* column",
         )
+    if repeated := sorted({n for n in names if names.count(n) > 1}):
+        raise UserError(
+            f"more than one column is named {', '.join(repeated)}",
+            where=path,
+            remedy="give every column its own name",
+        )
     if len(values) < 2:
         raise UserError(
             f"the table holds {len(values)} rows", where=path, remedy="at least two are needed"
@@ -53,7 +59,7 @@ def read_table(path: Path) -> Recording:
 
 def _csv(path: Path) -> tuple[list[str], np.ndarray]:
     try:
-        with path.open(newline="") as handle:
+        with path.open(newline="", encoding="utf-8-sig") as handle:
             lines = list(csv.reader(handle))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise _unreadable(path, error) from None
@@ -61,6 +67,8 @@ def _csv(path: Path) -> tuple[list[str], np.ndarray]:
         raise UserError("the table is empty", where=path, remedy="begin with a row of names")
     names, rows = [name.strip() for name in lines[0]], []
     for number, words in enumerate(lines[1:], start=2):
+        if not words:
+            continue
         place = f"{path}, line {number}"
         if len(words) != len(names):
             raise UserError(
