@@ -10,7 +10,7 @@ from motorspace.worlds.agents import AbstractAgent
 from motorspace.worlds.geometry import relative
 from motorspace.worlds.world import AbstractWorld
 
-MAX_PROPOSALS = 1000
+MAX_PROPOSALS = 100
 """An agent whose commands the walls refuse so often ends its sequence early."""
 
 

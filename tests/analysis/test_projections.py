@@ -12,7 +12,7 @@ def test_pca_agrees_with_scikit_learn_up_to_sign():
     codes = RNG.normal(size=(300, 8)) @ RNG.normal(size=(8, 8))
     ours, theirs = pca(codes), PCA(3).fit(codes)
     np.testing.assert_allclose(np.abs(ours.coordinates), np.abs(theirs.transform(codes)), atol=1e-9)
-    np.testing.assert_allclose(ours.explained_variance_ratio, theirs.explained_variance_ratio)
+    np.testing.assert_allclose(ours.explained_variance_ratio, theirs.explained_variance_ratio_)
 
 
 def test_pca_of_dead_codes_explains_nothing():

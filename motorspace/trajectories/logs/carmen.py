@@ -23,8 +23,9 @@ def read_carmen(
     """The scans and raw odometry increments of a CARMEN log. Metres, radians, seconds.
 
     Beam i of n points to -pi/2 + i pi/n from the heading, rightmost first; `num_rays` of them,
-    evenly spread over `field_of_view` (at most pi), are kept. Readings at or beyond `max_range` mean «no return»
-    and are clipped to it. Motor increments are (longitudinal, lateral, rotation).
+    evenly spread over `field_of_view` (at most pi), are kept. Readings at or beyond
+    `max_range` mean «no return» and are clipped to it. Motor increments are (longitudinal,
+    lateral, rotation).
 
     Raises `UserError` naming the file and the line that is broken.
     """
