@@ -7,13 +7,16 @@ import jax
 import jax.numpy as jnp
 
 from motorspace._errors import UserError
-from motorspace._types import Collision, Count, Key
+from motorspace._types import Collision, Count, Key, Pose
 from motorspace.trajectories.trajectories import Displacements, Experience, Trajectories
 from motorspace.worlds.agents import AbstractAgent
 from motorspace.worlds.geometry import relative
 from motorspace.worlds.sensors import AbstractSensor
 from motorspace.worlds.simulation import explore, nominal_displacement
 from motorspace.worlds.world import AbstractWorld
+
+NUM_STARTS = 4
+"""Places that a trajectory may begin at: the later ones are for agents that get stuck."""
 
 CHUNK_SIZE = 8192
 """Trajectories simulated at once: memory stays bounded however many are asked for."""
@@ -34,8 +37,9 @@ def sample(
 
     With `min_horizon` every trajectory draws its length uniformly from `min_horizon` to
     `horizon`. `collision` says what becomes of a command that a wall forbids: `"resample"`
-    draws another, so that the displacement is a function of the sequence; `"block"` logs it
-    and discards its translation. Trajectory i depends on `key` and i alone.
+    draws another, so that the displacement is a function of the sequence (after 30 refusals
+    in a row the trajectory begins anew elsewhere); `"block"` logs it and discards its
+    translation. Trajectory i depends on `key` and i alone.
 
     Raises `UserError` for sizes below one.
     """
@@ -72,19 +76,24 @@ def simulate(
 ) -> Trajectories:
     """What `sample` returns, compiled; the shortest and longest length may be traced."""
 
+    def begin(key: Key) -> Pose:
+        place_key, head_key = jax.random.split(key)
+        return agent.start(world.place(key=place_key), key=head_key)
+
     def one(key: Key) -> Trajectories:
-        place_key, head_key, steps_key, motor_key = jax.random.split(key, 4)
-        start = agent.start(world.place(key=place_key), key=head_key)
+        start_key, steps_key, motor_key = jax.random.split(key, 3)
+        starts = jax.vmap(begin)(jax.random.split(start_key, NUM_STARTS))
         num_steps = jax.random.randint(steps_key, (), lengths[0], lengths[1] + 1)
         done = explore(
             world,
             agent,
-            start,
+            starts,
             num_steps=num_steps,
             horizon=plan.horizon,
             collision=plan.collision,
             key=motor_key,
         )
+        start = jax.tree.map(lambda field: field[done.attempt], starts)
         experience = Experience(
             sensors=sensor.sense(world, start),
             motors=done.motors,

@@ -10,8 +10,9 @@ from motorspace.worlds.agents import AbstractAgent
 from motorspace.worlds.geometry import relative
 from motorspace.worlds.world import AbstractWorld
 
-MAX_PROPOSALS = 100
-"""An agent whose commands the walls refuse so often ends its sequence early."""
+MAX_REFUSALS = 30
+"""After so many refused commands in a row an agent begins anew elsewhere, as one would that
+faces a wall from nearby and cannot turn away."""
 
 
 def step(world: AbstractWorld, agent: AbstractAgent, pose: Pose, motor: Motor) -> tuple[Pose, Flag]:
@@ -52,16 +53,18 @@ def nominal_displacement(
 class Exploration(NamedTuple):
     """An agent on its way through a motor sequence that it draws itself."""
 
+    attempt: Count
     pose: Pose
     motors: Motors
     steps_done: Count
+    refusals: Count
     proposals: Count
 
 
 def explore(
     world: AbstractWorld,
     agent: AbstractAgent,
-    start: Pose,
+    starts: Pose,
     *,
     num_steps: Count,
     horizon: int,
@@ -70,28 +73,48 @@ def explore(
 ) -> Exploration:
     """An agent that has drawn and executed `num_steps` commands.
 
-    Rows of its sequence beyond the steps done are zero. Under `vmap` every agent keeps its own
-    pace through one loop: one that must redraw a command holds up nobody else.
+    It sets out from the first of `starts` (fields of shape [A]) and, when the walls refuse too
+    many commands in a row, from the next; `attempt` tells from which it arrived. Should it
+    fail from the last as well, its sequence ends early. Rows beyond the steps done are zero.
+
+    Under `vmap` every agent keeps its own pace through one loop: one that must redraw a
+    command holds up nobody else.
     """
+    last = len(starts.x) - 1
 
     def unfinished(now: Exploration) -> Flag:
-        return (now.steps_done < num_steps) & (now.proposals < MAX_PROPOSALS)
+        lost = (now.refusals >= MAX_REFUSALS) & (now.attempt == last)
+        return (now.steps_done < num_steps) & ~lost
 
     def propose(now: Exploration) -> Exploration:
         motor = agent.draw(key=jax.random.fold_in(key, now.proposals))
         after, blocked = step(world, agent, now.pose, motor)
         taken = ~blocked if collision == "resample" else jnp.array(True)
         row = (jnp.arange(horizon) == now.steps_done) & taken
+        refusals = jnp.where(taken, 0, now.refusals + 1)
+        anew = (refusals >= MAX_REFUSALS) & (now.attempt < last)
+        attempt = now.attempt + anew
+        elsewhere = jax.tree.map(lambda field: field[attempt], starts)
+        motors = jnp.where(row[:, None], motor[None], now.motors)
         return Exploration(
-            pose=_select(taken, after, now.pose),
-            motors=jnp.where(row[:, None], motor[None], now.motors),
-            steps_done=now.steps_done + taken,
+            attempt=attempt,
+            pose=_select(anew, elsewhere, _select(taken, after, now.pose)),
+            motors=jnp.where(anew, 0.0, motors),
+            steps_done=jnp.where(anew, 0, now.steps_done + taken),
+            refusals=jnp.where(anew, 0, refusals),
             proposals=now.proposals + 1,
         )
 
     zero = jnp.zeros((), jnp.int32)
-    motors = jnp.zeros((horizon, len(agent.motor_scale)))
-    return jax.lax.while_loop(unfinished, propose, Exploration(start, motors, zero, zero))
+    begin = Exploration(
+        attempt=zero,
+        pose=jax.tree.map(lambda field: field[0], starts),
+        motors=jnp.zeros((horizon, len(agent.motor_scale))),
+        steps_done=zero,
+        refusals=zero,
+        proposals=zero,
+    )
+    return jax.lax.while_loop(unfinished, propose, begin)
 
 
 def _select(flag: Flag, yes: Pose, no: Pose) -> Pose:

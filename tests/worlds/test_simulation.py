@@ -67,7 +67,7 @@ def explorations(world, agent, collision, keys):
         done = explore(
             world,
             agent,
-            start,
+            jax.tree.map(lambda field: field[None], start),
             num_steps=jnp.array(STEPS),
             horizon=STEPS,
             collision=collision,
