@@ -10,10 +10,11 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from motorspace import paper
 from motorspace._errors import UserError
+from motorspace._files import write_json
+from motorspace.experiments import paper
+from motorspace.experiments.measurement import measure
 from motorspace.training import RunConfig, fresh_experience, load_run, simulation_scaling, train
-from motorspace.training.runs import write_json
 
 Watch = Callable[[dict[str, float]], None]
 Flag = tyro.conf.FlagCreatePairsOff[bool]
@@ -44,7 +45,7 @@ def train_command(
     if data is None:
         source, scaling = fresh_experience(run), simulation_scaling(run)
     else:
-        from motorspace import robots
+        from motorspace.experiments import robots
 
         run, source, scaling = robots.training_data(data, run)
     with progress("training", run.training.epochs) as watch:
@@ -66,7 +67,7 @@ def evaluate_command(
     """
     if num < 1:
         raise UserError(f"cannot measure on {num} trajectories", remedy="ask for at least one")
-    measured = paper.measure(load_run(run), num=num)
+    measured = measure(load_run(run), num=num)
     write_json(run / "evaluation.json", measured)
     show(measured, as_json=as_json)
 
@@ -104,7 +105,7 @@ def reproduce_command(
         jobs: Runs trained at once, each in a process of its own.
         logs: Folder of the recorded robots' logs, for robots.
     """
-    from motorspace import reproduction
+    from motorspace.experiments import reproduction
 
     reproduction.reproduce(
         what,
@@ -126,7 +127,7 @@ def demo_command(out: Path = Path("demo"), seed: int = 0) -> None:
         out: Folder of the run and its report.
         seed: Seed of the run.
     """
-    from motorspace import demo
+    from motorspace.experiments import demo
 
     with progress("training", demo.EPOCHS) as watch:
         page = demo.demo(out, seed=seed, watch=watch)

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+import jax
 import jax.numpy as jnp
 
 from motorspace._errors import UserError
@@ -93,6 +94,8 @@ class TrainingConfig:
     """Passes, each over fresh trajectories."""
     trajectories_per_epoch: int = 2000
     """Trajectories drawn for each epoch."""
+    fresh: bool = True
+    """New trajectories for every epoch; False repeats those of the first."""
     batch_size: int = 100
     """Trajectories per update."""
     learning_rate: float = 2e-3
@@ -130,6 +133,8 @@ def simulator(config: RunConfig) -> Callable[[Key, Count], Trajectories]:
         young = epoch < curriculum_epochs
         grown = 1 + epoch * simulation.horizon // max(curriculum_epochs, 1)
         lengths = (jnp.where(young, 1, shortest), jnp.where(young, grown, simulation.horizon))
+        if not training.fresh:
+            key = jax.random.key(training.seed)
         plan = SamplingPlan(
             training.trajectories_per_epoch, simulation.horizon, simulation.collision
         )

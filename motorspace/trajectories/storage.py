@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import os
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ from safetensors import SafetensorError
 from safetensors.numpy import load, save
 
 from motorspace._errors import UserError
+from motorspace._files import write_atomically
 from motorspace.trajectories.trajectories import Displacements, Experience, Trajectories
 
 EXPERIENCE = ("sensors", "motors", "num_steps", "later_sensors")
@@ -32,7 +32,7 @@ def save_trajectories(path: Path, trajectories: Trajectories, *, config: dict[st
     text = json.dumps(config)
     content = save(arrays, metadata={"config": text, "sha256": _digest(arrays, text)})
     try:
-        _replace(path, content)
+        write_atomically(path, content)
     except OSError as error:
         raise UserError(
             f"the trajectories cannot be written ({error.strerror})",
@@ -75,18 +75,6 @@ def _digest(arrays: dict[str, np.ndarray], config: str) -> str:
         digest.update(f"{name} {arrays[name].dtype} {arrays[name].shape}".encode())
         digest.update(np.ascontiguousarray(arrays[name]).tobytes())
     return digest.hexdigest()
-
-
-def _replace(path: Path, content: bytes) -> None:
-    beside = path.with_name(f"{path.name}.{os.getpid()}.part")
-    try:
-        with beside.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        beside.replace(path)
-    finally:
-        beside.unlink(missing_ok=True)
 
 
 def _unreadable(path: Path, reason: str) -> UserError:

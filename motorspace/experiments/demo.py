@@ -8,8 +8,10 @@ from typing import Any
 import jax
 import numpy as np
 
-from motorspace import paper
+from motorspace._files import write_atomically
 from motorspace.analysis.projections import pca
+from motorspace.experiments.measurement import measure
+from motorspace.experiments.paper import oracle_source
 from motorspace.models import ModelConfig
 from motorspace.reports import figures
 from motorspace.reports.page import Section, report_page
@@ -22,7 +24,6 @@ from motorspace.training import (
     simulation_scaling,
     train,
 )
-from motorspace.training.runs import write_atomically
 from motorspace.trajectories import sample
 from motorspace.worlds import RangeFan, WalledWorld, rollout
 
@@ -51,10 +52,10 @@ def demo(
         replace(config.training, epochs=ORACLE_EPOCHS, curriculum=0.0),
     )
     told = replace(config, model=model, training=training)
-    oracle = train(told, *paper.oracle_source(told))
+    oracle = train(told, *oracle_source(told))
 
-    measured = paper.measure(run, num=NUM_TEST)
-    best = paper.measure(oracle, num=NUM_TEST)["errors"]["model"]
+    measured = measure(run, num=NUM_TEST)
+    best = measure(oracle, num=NUM_TEST)["errors"]["model"]
     page = out / "report.html"
     html = report_page(
         "motorspace: a forward agent learns displacements",

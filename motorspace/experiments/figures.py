@@ -5,11 +5,11 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from motorspace import paper
+from motorspace._files import write_atomically
 from motorspace.analysis.projections import ica, pca
+from motorspace.experiments.measurement import draw_test
 from motorspace.reports import figures
 from motorspace.training import Run, load_run
-from motorspace.training.runs import write_atomically
 from motorspace.worlds import layout, layout_names
 
 SHOWN_ROTATIONS = (0.2, 0.4, 0.8)
@@ -46,7 +46,7 @@ def write_all(folder: Path) -> list[Path]:
 
 def codes_of(run: Run) -> tuple[np.ndarray, np.ndarray]:
     """Codes of fresh trajectories, and the displacements that these caused."""
-    fresh = paper.draw_test(run.config, NUM_POINTS, key=jax.random.key(FIGURE_SEED))
+    fresh = draw_test(run.config, NUM_POINTS, key=jax.random.key(FIGURE_SEED))
     experience = fresh.experience
     codes = run.encode(experience.motors, experience.num_steps)
     return np.asarray(codes), np.asarray(fresh.displacements.achieved)

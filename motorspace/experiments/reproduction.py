@@ -9,9 +9,9 @@ from pathlib import Path
 from statistics import fmean
 from typing import Any, Literal
 
-from motorspace import paper, paper_figures, robots
 from motorspace._errors import UserError
-from motorspace.training.runs import locked, write_json
+from motorspace._files import locked, write_json
+from motorspace.experiments import figures, paper, robots
 
 What = Literal["lattice", "table", "figures", "robots", "all"]
 Row = dict[str, Any]
@@ -51,7 +51,7 @@ def reproduce(
         write_json(folder / "results.json", {"budget": budget, "table": cells, "lattice": kinds})
         write_json(folder / "summary.json", claims(cells, kinds, budget))
     if what in ("figures", "all"):
-        paper_figures.write_all(folder)
+        figures.write_all(folder)
     report(f"results: {folder / 'results.json'}")
 
 

@@ -1,37 +1,26 @@
 """The paper's experiments as data: names -> configurations; what each run is measured at."""
 
-import dataclasses
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-import jax
-import jax.numpy as jnp
-import numpy as np
-
+from motorspace._files import locked, write_json
 from motorspace._types import Count, Key
 from motorspace.analysis.baselines import with_displacement_as_motors
-from motorspace.analysis.errors import prediction_errors
-from motorspace.analysis.probes import (
-    COMPONENTS,
-    displacement_targets,
-    linear_probe,
-    within_to_total_variance,
-)
-from motorspace.analysis.projections import pca
+from motorspace.experiments.measurement import measure
 from motorspace.models import ModelConfig, Scaling
-from motorspace.training.config import (
+from motorspace.training import (
     RunConfig,
     SimulationConfig,
     TrainingConfig,
     fresh_experience,
     simulation_scaling,
     simulator,
+    train,
 )
-from motorspace.training.runs import Run, locked, train, write_json
-from motorspace.trajectories import Experience, ExperienceSource, Trajectories, sample
+from motorspace.trajectories import Experience, ExperienceSource
 
 Budget = Literal["quick", "fifth", "paper"]
 Part = Literal["model", "oracle", "untrained"]
@@ -67,8 +56,6 @@ TEST_TRAJECTORIES: dict[Budget, int] = {
     "fifth": 200_000,
     "paper": 1_000_000,
 }
-TEST_SEED = 1_000_003
-"""Evaluation draws from its own stream: training seeds stay far below it."""
 
 
 @dataclass(frozen=True)
@@ -111,6 +98,41 @@ def lattice_jobs(budget: Budget, *, seeds: int) -> list[Job]:
             Job("lattice/without-inverse", _variant(base, "untrained"), "untrained"),
         ]
     return jobs
+
+
+POINTS: dict[str, dict[str, dict[str, Any]]] = {
+    "every default": {},
+    "collision block": {"simulation": {"collision": "block"}},
+    "head-rule turn": {"simulation": {"head_rule": "turn"}},
+    "head-start random": {"simulation": {"head_start": "random"}},
+    "head-start random, sensed": {"simulation": {"head_start": "random", "sense_head": True}},
+    "layout four_rooms": {"simulation": {"layout": "four_rooms"}},
+    "layout rooms-1": {"simulation": {"layout": "rooms:1"}},
+    "2,000 trajectories for all epochs": {"training": {"fresh": False}},
+    "motor-scaling maximum": {"model": {"motor_scaling": "maximum"}},
+    "initial-weights uniform": {"model": {"initial_weights": "uniform"}},
+    "schedule constant": {"training": {"schedule": "constant", "learning_rate": 1e-3}},
+    "curriculum 0": {"training": {"curriculum": 0.0}},
+    "plain recipe": PLAIN,
+}
+"""The paper's open points: what a cell is changed in, one at a time."""
+
+POINTS_CELL = ("holonomic", 0.8)
+"""The cell in which they are compared: large rotations, where the recipe matters."""
+
+
+def point_jobs(budget: Budget, *, seeds: int) -> list[Job]:
+    """The runs behind the table of open points."""
+    return [
+        Job(f"points/{name}", _changed(_table_config(*POINTS_CELL, budget, seed), change))
+        for seed in range(seeds)
+        for name, change in POINTS.items()
+    ]
+
+
+def _changed(config: RunConfig, change: dict[str, dict[str, Any]]) -> RunConfig:
+    parts = {part: replace(getattr(config, part), **fields) for part, fields in change.items()}
+    return replace(config, **parts)
 
 
 def _table_config(agent: str, rotation: float, budget: Budget, seed: int) -> RunConfig:
@@ -168,86 +190,6 @@ def oracle_source(
         lambda key, epoch: with_displacement_as_motors(draw(key, epoch), reach),
         Scaling(sensors, (1.0,) * 4),
     )
-
-
-def draw_test(config: RunConfig, num: int, *, key: Key) -> Trajectories:
-    """Fresh trajectories of the run's own kind, at its full horizons."""
-    world, agent, sensor = config.simulation.build()
-    simulation = config.simulation
-    return sample(
-        world,
-        agent,
-        sensor,
-        num=num,
-        horizon=simulation.horizon,
-        min_horizon=simulation.min_horizon,
-        collision=simulation.collision,
-        key=key,
-    )
-
-
-def as_seen_by(config: RunConfig, trajectories: Trajectories) -> Experience:
-    """What the run's network is given: the oracle sees displacements for commands."""
-    if config.model.encoder == "identity":
-        return with_displacement_as_motors(trajectories, float(config.simulation.horizon))
-    return trajectories.experience
-
-
-def measure(run: Run, *, num: int) -> dict[str, Any]:
-    """Errors on `num` fresh trajectories, the codes' variance, and linear probes of them."""
-    config = run.config
-    errors_key, probe_key = jax.random.split(jax.random.key(TEST_SEED + config.training.seed))
-
-    def draw(key: Key, count: int) -> Experience:
-        return as_seen_by(config, draw_test(config, count, key=key))
-
-    errors = prediction_errors(run.predict, draw, num=num, key=errors_key)
-    probed = draw_test(config, 8000, key=probe_key)
-    seen = as_seen_by(config, probed)
-    codes = run.encode(seen.motors, seen.num_steps)
-    targets = displacement_targets(probed.displacements.achieved)
-    half = len(codes) // 2
-    r2 = linear_probe(codes[:half], targets[:half], codes[half:], targets[half:])
-    variance = float(jnp.mean(jnp.var(codes, axis=0)))
-    measured = {
-        "seed": config.training.seed,
-        "epochs": config.training.epochs,
-        "errors": dataclasses.asdict(errors),
-        "code_variance": variance,
-        "probe_r2": dict(zip(COMPONENTS, (round(float(v), 4) for v in r2), strict=True)),
-    }
-    return measured | (_lattice_measures(run, num) if config.simulation.agent == "lattice" else {})
-
-
-def _lattice_measures(run: Run, num: int) -> dict[str, Any]:
-    """Share of exactly predicted nodes and orientations, and how the codes are organised."""
-    config = run.config
-    trajectories = draw_test(config, min(num, 50_000), key=jax.random.key(TEST_SEED - 1))
-    experience = trajectories.experience
-    codes = run.encode(experience.motors, experience.num_steps)
-    displacements = np.asarray(trajectories.displacements.achieved)
-    targets = displacement_targets(trajectories.displacements.achieved)
-    half = len(codes) // 2
-    r2 = {}
-    for count in (2, 3):
-        first = pca(codes, count).coordinates
-        fit = linear_probe(first[:half], targets[:half], first[half:], targets[half:])
-        r2[str(count)] = dict(zip(COMPONENTS, (round(float(v), 4) for v in fit), strict=True))
-    return {
-        "accuracy": lattice_accuracy(run, experience),
-        "within_to_total": within_to_total_variance(codes, jnp.asarray(displacements[:, :2])),
-        "within_to_total_pose": within_to_total_variance(codes, targets),
-        "r2_from_components": r2,
-    }
-
-
-def lattice_accuracy(run: Run, experience: Experience) -> float:
-    """Share of transitions whose node and orientation are both predicted exactly."""
-    predicted = run.predict(experience)
-    later = experience.later_sensors
-    node = jnp.argmax(predicted[:, :-4], axis=1) == jnp.argmax(later[:, :-4], axis=1)
-    turn = jnp.argmax(predicted[:, -4:], axis=1) == jnp.argmax(later[:, -4:], axis=1)
-    return float(jnp.mean(node & turn))
 
 
 def finished(out: Path) -> Iterator[dict[str, Any]]:

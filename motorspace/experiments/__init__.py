@@ -1,0 +1,1 @@
+"""The paper's experiments, recorded robots, and the first look."""

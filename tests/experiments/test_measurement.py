@@ -1,0 +1,78 @@
+"""The count of every lattice case, against a count by hand and a model that is always right."""
+
+import itertools
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import pytest
+
+from motorspace._types import Pose
+from motorspace.experiments.measurement import lattice_counts, measure
+from motorspace.models import ModelConfig, Scaling, build_model
+from motorspace.training import Run, RunConfig, SimulationConfig, TrainingConfig
+from motorspace.worlds import LatticeAgent, LatticeWorld, NodeIndex, rollout
+
+SIDE, HORIZON = 3, 3
+CONFIG = RunConfig(
+    SimulationConfig(agent="lattice", lattice_size=SIDE, horizon=HORIZON, min_horizon=1),
+    ModelConfig(hidden_size=8, code_size=4, width_size=8, depth=1),
+    TrainingConfig(epochs=1, trajectories_per_epoch=10, batch_size=10),
+)
+
+
+class Walker(eqx.Module):
+    """A «model» whose code is the sequence, and that predicts by walking it."""
+
+    wrong_turn: bool = False
+
+    def encode(self, motors, num_steps):
+        return jnp.concatenate([motors.reshape(-1), num_steps[None].astype(float)])
+
+    def predict(self, sensors, code):
+        node, quarter = sensors[:-4].argmax(), sensors[-4:].argmax()
+        start = Pose(
+            *(v.astype(float) for v in (node % SIDE, node // SIDE)),
+            quarter * jnp.pi / 2,
+            jnp.zeros(()),
+        )
+        path = rollout(
+            LatticeWorld(SIDE, SIDE), LatticeAgent(), start, code[:-1].reshape(HORIZON, 6)
+        )
+        end = jax.tree.map(lambda field: field[code[-1].astype(int)], path)
+        end = Pose(end.x, end.y, end.heading + self.wrong_turn * jnp.pi / 2, end.head)
+        return NodeIndex().sense(LatticeWorld(SIDE, SIDE), end)
+
+
+def valid_by_hand(num_steps):
+    """Starts and sequences that stay on the lattice, in whole numbers."""
+    ahead = [(1, 0), (0, 1), (-1, 0), (0, -1)]
+    valid = 0
+    for x0, y0, turned in itertools.product(range(SIDE), range(SIDE), range(4)):
+        for sequence in itertools.product(itertools.product((-1, 0, 1), (0, 1)), repeat=num_steps):
+            x, y, quarter, inside = x0, y0, turned, True
+            for turn, move in sequence:
+                quarter = (quarter + turn) % 4
+                x, y = x + move * ahead[quarter][0], y + move * ahead[quarter][1]
+                inside &= 0 <= x < SIDE and 0 <= y < SIDE
+            valid += inside
+    return valid
+
+
+@pytest.mark.parametrize("wrong_turn", [False, True])
+def test_every_valid_case_is_counted_once(wrong_turn):
+    counts = lattice_counts(Run(CONFIG, Walker(wrong_turn)))
+    assert [c.num_steps for c in counts] == [1, 2, 3]
+    for count in counts:
+        assert count.valid == valid_by_hand(count.num_steps)
+        assert count.correct == (0 if wrong_turn else count.valid)
+
+
+def test_an_untrained_network_is_measured_and_found_wanting(getkey):
+    scaling = Scaling((1.0,) * (SIDE**2 + 4), (1.0,) * 6)
+    model = build_model(CONFIG.model, scaling, horizon=HORIZON, key=getkey())
+    measured = measure(Run(CONFIG, model), num=200)
+    assert measured["accuracy"] < 0.2
+    assert measured["cases"]["1"][1] == valid_by_hand(1)
+    assert 0 < measured["within_to_total"] <= 1
+    assert measured["errors"]["num_trajectories"] == 200
