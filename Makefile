@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: demo test test-slow lint format reproduce clean
+.PHONY: demo test test-slow lint format reproduce tables clean
 
 demo: $(STAMP)
 	$(BIN)/motorspace demo --out demo
@@ -26,6 +26,10 @@ format: $(STAMP)
 
 reproduce: $(STAMP)
 	$(BIN)/motorspace reproduce all --budget paper --out runs/paper
+
+# The tables of the documentation and results/paper/summary.json, from results/paper/*.json.
+tables: $(STAMP)
+	$(BIN)/python docs/tables.py
 
 clean:
 	rm -rf .venv demo build dist

@@ -1,12 +1,17 @@
 """The vocabulary of the package: every array type once, with its shape and unit."""
 
+from collections.abc import Callable
 from typing import Literal
 
 import equinox as eqx
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
+from jaxtyping import Key as KeyArray
 
 Key = PRNGKeyArray
 """An explicit source of randomness."""
+
+Keys = KeyArray[Array, " N"]
+"""One source of randomness each for N of a kind."""
 
 Scalar = Float[Array, ""]
 Flag = Bool[Array, ""]
@@ -30,6 +35,12 @@ sensors, at the start; world units, world units, radians in (-pi, pi]."""
 
 Walls = Float[Array, "S 2 2"]
 """S wall segments: two end points each, in world units."""
+
+Record = dict[str, float | int]
+"""What is logged of one epoch: its number, and means over its updates."""
+
+Watch = Callable[[Record], None]
+"""Called after every epoch with its record."""
 
 Collision = Literal["resample", "block"]
 """What happens to a command whose movement crosses a wall: another is drawn, or it is

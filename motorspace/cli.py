@@ -3,7 +3,7 @@
 import json
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -12,11 +12,11 @@ import tyro
 
 from motorspace._errors import UserError
 from motorspace._files import write_json
+from motorspace._types import Record, Watch
 from motorspace.experiments import paper
 from motorspace.experiments.measurement import measure
 from motorspace.training import RunConfig, fresh_experience, load_run, simulation_scaling, train
 
-Watch = Callable[[dict[str, float]], None]
 Flag = tyro.conf.FlagCreatePairsOff[bool]
 AsJson = Annotated[Flag, tyro.conf.arg(name="json", help="Print the results as JSON.")]
 Preset = tyro.extras.subcommand_type_from_defaults(paper.PRESETS, prefix_names=False)
@@ -43,31 +43,46 @@ def train_command(
     name = run.simulation.agent if data is None else data.name.partition(".")[0]
     folder = out or Path("runs") / f"{name}-{run.training.seed}"
     if data is None:
-        source, scaling = fresh_experience(run), simulation_scaling(run)
+        source, scaling, validation = fresh_experience(run), simulation_scaling(run), None
     else:
-        from motorspace.experiments import robots
+        from motorspace.experiments.robots import data_for
 
-        run, source, scaling = robots.training_data(data, run)
+        recorded = data_for(data, run.simulation)
+        source, scaling = recorded.train.experience, recorded.scaling
+        validation = recorded.validation.experience
     with progress("training", run.training.epochs) as watch:
-        trained = train(run, source, scaling, folder, resume=resume, watch=watch)
+        trained = train(
+            run, source, scaling, folder, validation=validation, resume=resume, watch=watch
+        )
     if trained.collapsed:
         print("the codes have collapsed: they no longer vary with the commands", file=sys.stderr)
-    print(f"finished: {folder}; measure it with: motorspace evaluate {folder}")
+    again = "" if data is None else f" --data {data}"
+    print(f"finished: {folder}; measure it with: motorspace evaluate {folder}{again}")
 
 
 @app.command(name="evaluate")
 def evaluate_command(
-    run: tyro.conf.Positional[Path], num: int = 100_000, as_json: AsJson = False
+    run: tyro.conf.Positional[Path],
+    num: int = 100_000,
+    data: Path | None = None,
+    as_json: AsJson = False,
 ) -> None:
     """Measure a run on fresh trajectories, beside its reference rows.
 
     Args:
         run: The run's folder.
         num: Fresh trajectories to measure on.
+        data: The robot's log that the run has learned from: measures on its test blocks.
     """
     if num < 1:
         raise UserError(f"cannot measure on {num} trajectories", remedy="ask for at least one")
-    measured = measure(load_run(run), num=num)
+    trained = load_run(run)
+    if data is None:
+        measured = measure(trained, num=num)
+    else:
+        from motorspace.experiments.robots import data_for, measure_on
+
+        measured = measure_on(trained, data_for(data, trained.config.simulation))
     write_json(run / "evaluation.json", measured)
     show(measured, as_json=as_json)
 
@@ -86,7 +101,9 @@ def inspect_command(file: tyro.conf.Positional[Path], as_json: AsJson = False) -
 
 @app.command(name="reproduce")
 def reproduce_command(
-    what: tyro.conf.Positional[Literal["lattice", "table", "figures", "robots", "all"]] = "all",
+    what: tyro.conf.Positional[
+        Literal["lattice", "table", "points", "figures", "robots", "all"]
+    ] = "all",
     budget: paper.Budget = "quick",
     out: Path = Path("runs/paper"),
     seeds: int = 3,
@@ -107,16 +124,14 @@ def reproduce_command(
     """
     from motorspace.experiments import reproduction
 
+    if what == "robots":
+        reproduction.reproduce_robots(out, logs, seeds=seeds, report=print)
+        return
     reproduction.reproduce(
-        what,
-        out,
-        budget=budget,
-        seeds=seeds,
-        parts=parts,
-        processes=jobs,
-        logs=logs,
-        report=print,
+        what, out, budget=budget, seeds=seeds, parts=parts, processes=jobs, report=print
     )
+    if what == "all" and logs is not None:
+        reproduction.reproduce_robots(out, logs, seeds=seeds, report=print)
 
 
 @app.command(name="demo")
@@ -176,7 +191,7 @@ def progress(what: str, epochs: int) -> Iterator[Watch]:
     with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
         task = bar.add_task(what, total=epochs, loss=float("nan"))
 
-        def watch(record: dict[str, float]) -> None:
+        def watch(record: Record) -> None:
             epoch, loss = int(record["epoch"]), record["prediction_loss"]
             bar.update(task, completed=epoch, loss=loss)
             if not console.is_terminal and epoch % max(1, epochs // 10) == 0:

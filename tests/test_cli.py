@@ -39,7 +39,9 @@ def test_train_on_a_table(tmp_path, capsys):
     rows = [f"{t},{0.1 * (t % 3)},{t % 7}" for t in range(300)]
     table.write_text("\n".join(["time,motor_a,sensor_a", *rows]))
     main(["train", "forward", "--data", str(table), *TINY, "--out", str(tmp_path / "run")])
-    assert (tmp_path / "run" / "weights.safetensors").exists()
+    main(["evaluate", str(tmp_path / "run"), "--data", str(table), "--json"])
+    measured = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert 0 < measured["error"] < 100 * measured["persistence"]
     main(["inspect", str(table), "--json"])
     out = capsys.readouterr().out.splitlines()[-1]
     assert json.loads(out)["scans"] == 300

@@ -12,7 +12,7 @@ from gymnasium import spaces
 from jaxtyping import Array, Float
 
 from motorspace._errors import UserError
-from motorspace._types import Flag, Key, Motor, Pose, Sensors
+from motorspace._types import Flag, Key, Keys, Motor, Pose, Sensors
 from motorspace.worlds import (
     AbstractAgent,
     AbstractSensor,
@@ -73,7 +73,7 @@ class Setting(eqx.Module):
 
 
 @eqx.filter_jit
-def begin_all(setting: Setting, keys: Key) -> tuple[Pose, Float[Array, "N K"]]:
+def begin_all(setting: Setting, keys: Keys) -> tuple[Pose, Float[Array, "N K"]]:
     """`Setting.begin` for every key."""
     return jax.vmap(setting.begin)(keys)
 

@@ -1,6 +1,5 @@
 """The first look: train a forward agent, measure it, write one page about it."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,6 +8,7 @@ import jax
 import numpy as np
 
 from motorspace._files import write_atomically
+from motorspace._types import Watch
 from motorspace.analysis.projections import pca
 from motorspace.experiments.measurement import measure
 from motorspace.experiments.paper import oracle_source
@@ -32,9 +32,7 @@ ORACLE_EPOCHS = 250
 NUM_TEST = 20_000
 
 
-def demo(
-    out: Path, *, seed: int = 0, watch: Callable[[dict[str, float]], None] = lambda record: None
-) -> Path:
+def demo(out: Path, *, seed: int = 0, watch: Watch = lambda record: None) -> Path:
     """Train, measure, and write `report.html` in `out`; returns the page's path.
 
     A demo that was stopped goes on where it was; a finished one is only measured again.

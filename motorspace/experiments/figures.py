@@ -7,6 +7,7 @@ import numpy as np
 
 from motorspace._files import write_atomically
 from motorspace.analysis.projections import ica, pca
+from motorspace.experiments import robots
 from motorspace.experiments.measurement import draw_test
 from motorspace.reports import figures
 from motorspace.training import Run, load_run
@@ -42,6 +43,15 @@ def write_all(folder: Path) -> list[Path]:
         written.append(folder / f"{name}.png")
         write_atomically(written[-1], figures.png(figure, dots_per_inch=70))
     return written
+
+
+def write_robots(out: Path, logs: Path) -> None:
+    """Codes of both robots' commands, coloured by the displacement that really happened."""
+    rows = []
+    for name, experiment in robots.EXPERIMENTS.items():
+        codes, displacements = robots.codes_on_test(logs / name, experiment, out)
+        rows.append((name.partition("-corrected")[0], pca(codes).coordinates, displacements))
+    write_atomically(out / "robots.png", figures.png(figures.codes_figure(rows), dots_per_inch=70))
 
 
 def codes_of(run: Run) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from motorspace._files import locked, write_json
-from motorspace._types import Count, Key
+from motorspace._types import Count, Key, Watch
 from motorspace.analysis.baselines import with_displacement_as_motors
 from motorspace.experiments.measurement import measure
 from motorspace.models import ModelConfig, Scaling
@@ -161,7 +161,7 @@ def run_job(
     out: Path,
     *,
     num_test: int,
-    watch: Callable[[dict[str, float]], None] = lambda record: None,
+    watch: Watch = lambda record: None,
 ) -> dict[str, Any]:
     """Train and measure one job in its folder; finished work is read, never repeated."""
     folder = out / job.folder

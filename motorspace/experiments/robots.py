@@ -1,22 +1,27 @@
 """Learning from recorded robots: splits by blocks of time, stopping on validation alone."""
 
-import dataclasses
+import json
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import fmean
 from typing import Any
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from motorspace.analysis.baselines import mean_error, mean_squared_error, persistence_error
+from motorspace._files import locked, write_json
+from motorspace.analysis.baselines import (
+    mean_error,
+    mean_squared_error,
+    persistence_error,
+    with_displacement_as_motors,
+)
 from motorspace.analysis.probes import COMPONENTS, displacement_targets, linear_probe
 from motorspace.models import ModelConfig, Scaling
-from motorspace.training import Run, RunConfig, SimulationConfig, TrainingConfig, fit, init
-from motorspace.trajectories import Experience, Trajectories
+from motorspace.training import Run, RunConfig, SimulationConfig, TrainingConfig, load_run, train
+from motorspace.trajectories import Displacements, Experience, Trajectories
 from motorspace.trajectories.logs import Recording, read_log, split_blocks, windows
 
 NUM_BLOCKS = 20
@@ -28,9 +33,19 @@ class RobotData:
     """Transitions of one recording, in disjoint blocks of time."""
 
     train: Trajectories
+    """Of every number of scans from the shortest to the longest."""
     validation: Trajectories
     test: Trajectories
     scaling: Scaling
+
+    def told_displacements(self) -> "RobotData":
+        """The oracle's data: one «command» each, the true displacement."""
+        reach = float(np.abs(np.asarray(self.train.displacements.achieved[:, :2])).max())
+        train, validation, test = (
+            Trajectories(with_displacement_as_motors(part, reach), part.displacements)
+            for part in (self.train, self.validation, self.test)
+        )
+        return RobotData(train, validation, test, Scaling(self.scaling.sensors, (1.0,) * 4))
 
 
 @dataclass(frozen=True)
@@ -38,19 +53,22 @@ class RobotExperiment:
     """What of a recording is one transition: how many scans, and which commands."""
 
     horizon_scans: int
+    shortest_scans: int
+    """Training also sees transitions over fewer scans, down to these."""
     per_scan: bool
     """One composed command per scan interval, or every raw increment in it."""
 
 
 EXPERIMENTS = {
-    "freiburg-079-corrected.log.gz": RobotExperiment(horizon_scans=6, per_scan=True),
-    "intel-corrected.log.gz": RobotExperiment(horizon_scans=1, per_scan=False),
+    "freiburg-079-corrected.log.gz": RobotExperiment(6, 1, per_scan=True),
+    "intel-corrected.log.gz": RobotExperiment(1, 1, per_scan=False),
 }
 
 MODELS: dict[str, dict[str, Any]] = {
     "model": {},
     "untrained": {"train_encoder": False},
     "no motors": {"encoder": "none"},
+    "oracle": {"encoder": "identity"},
 }
 """The paper's network and the reference rows that are trained."""
 
@@ -60,104 +78,143 @@ TRAINING = TrainingConfig(
     learning_rate=1e-3,
     schedule="constant",
     curriculum=0.0,
+    average=0.99,
 )
 
 
 def robot_data(recording: Recording, experiment: RobotExperiment) -> RobotData:
     """The recording's transitions, split 60 / 20 / 20 by blocks of time."""
-    everything = windows(
-        recording, horizon_scans=experiment.horizon_scans, per_scan=experiment.per_scan
-    )
-    train, validation, test = (
-        everything[np.asarray(rows)]
-        for rows in split_blocks(
-            recording,
-            horizon=experiment.horizon_scans,
-            num_blocks=NUM_BLOCKS,
-            key=jax.random.key(SPLIT_SEED),
-        )
-    )
+    longest = experiment.horizon_scans
+    train, validation, test = _split(recording, experiment, longest)
+    shorter = [
+        _split(recording, experiment, scans)[0]
+        for scans in range(experiment.shortest_scans, longest)
+    ]
+    padded = [_padded(part, train.experience.motors.shape[1]) for part in (*shorter, train)]
+    together = jax.tree.map(lambda *parts: jnp.concatenate(parts), *padded)
     executed = np.arange(train.experience.motors.shape[1]) < train.experience.num_steps[:, None]
     spread = np.asarray(train.experience.motors)[np.asarray(executed)].std(axis=0)
     motors = tuple(float(s) if s > 0 else 1.0 for s in spread)
-    return RobotData(train, validation, test, Scaling(recording.sensor_scale, motors))
+    return RobotData(together, validation, test, Scaling(recording.sensor_scale, motors))
 
 
-def fit_until_validation_worsens(
-    data: RobotData, model: ModelConfig, training: TrainingConfig
-) -> Run:
-    """The network with the lowest error on the validation blocks over all epochs."""
-    best: list[Any] = [float("inf"), None]
-    log: list[dict[str, float]] = []
-
-    def watch(state: Any, record: dict[str, float]) -> None:
-        validation = data.validation.experience
-        error = mean_squared_error(_predict(state.model, validation), validation.later_sensors)
-        log.append({**record, "validation_error": error})
-        if error < best[0]:
-            best[:] = [error, state.model]
-
-    horizon = data.train.experience.motors.shape[1]
-    state = init(training, model, data.scaling, horizon=horizon)
-    fit(training, model, state, data.train.experience, watch=watch)
-    config = RunConfig(SimulationConfig(), model, training)
-    return Run(config, best[1], tuple(log))
+def _split(
+    recording: Recording, experiment: RobotExperiment, scans: int
+) -> tuple[Trajectories, Trajectories, Trajectories]:
+    everything = windows(recording, horizon_scans=scans, per_scan=experiment.per_scan)
+    train, validation, test = split_blocks(
+        recording, horizon=scans, num_blocks=NUM_BLOCKS, key=jax.random.key(SPLIT_SEED)
+    )
+    return everything[train], everything[validation], everything[test]
 
 
-@eqx.filter_jit
-def _predict(model: Any, experience: Experience) -> jax.Array:
-    codes = jax.vmap(model.encode)(experience.motors, experience.num_steps)
-    return jax.vmap(model.predict)(experience.sensors, codes)
+def _padded(part: Trajectories, horizon: int) -> Trajectories:
+    """The same trajectories, their motor sequences padded with zeros to one horizon."""
+    experience = part.experience
+    missing = horizon - experience.motors.shape[1]
+    motors = jnp.pad(experience.motors, ((0, 0), (0, missing), (0, 0)))
+    return Trajectories(
+        Experience(experience.sensors, motors, experience.num_steps, experience.later_sensors),
+        Displacements(*part.displacements),
+    )
 
 
 def robot_results(
-    path: Path,
+    log: Path,
     experiment: RobotExperiment,
+    out: Path,
     *,
     seeds: int,
     report: Callable[[str], None] = lambda line: None,
 ) -> dict[str, Any]:
-    """Errors on the test blocks beside every reference row, and probes of the codes."""
-    data = robot_data(read_log(path), experiment)
+    """Errors on the test blocks beside every reference row, and probes of the codes.
+
+    Every run keeps its folder below `out`; finished ones are read, never repeated.
+    """
+    recording = read_log(log)
+    data = robot_data(recording, experiment)
+    # Without motors a short transition cannot be told from a long one: such a model is the
+    # stronger reference when it sees the tested length alone.
+    one_length = replace(experiment, shortest_scans=experiment.horizon_scans)
+    views = {
+        "no motors": robot_data(recording, one_length),
+        "oracle": data.told_displacements(),
+    }
     test = data.test.experience
     results: dict[str, Any] = {
-        "recording": path.name,
-        **dataclasses.asdict(experiment),
+        "recording": log.name,
         "windows": [len(data.train), len(data.validation), len(data.test)],
+        "seeds": seeds,
         "persistence": persistence_error(test),
         "mean": mean_error(test, data.train.experience.later_sensors.mean(axis=0)),
     }
-    for name, change in MODELS.items():
-        errors, probes = [], []
+    for name in MODELS:
+        measured = []
         for seed in range(seeds):
-            model, training = replace(ModelConfig(), **change), replace(TRAINING, seed=seed)
-            run = fit_until_validation_worsens(data, model, training)
-            errors.append(mean_squared_error(run.predict(test), test.later_sensors))
-            probes.append(probe(run, data))
-            report(f"{path.name}, {name}, seed {seed}: {errors[-1]:.4g}")
+            folder = run_folder(out, log, name, seed)
+            measured.append(_run(views.get(name, data), name, experiment, seed, folder))
+            report(f"{folder}: {measured[-1]['error']:.4g}")
+        errors = [m["error"] for m in measured]
         results[name] = {"mean": fmean(errors), "low": min(errors), "high": max(errors)}
         results[f"probe_r2 of {name}"] = {
-            component: fmean(p[component] for p in probes) for component in COMPONENTS
+            component: fmean(m["probe_r2"][component] for m in measured) for component in COMPONENTS
         }
-    best_blind = min(results["persistence"], results["mean"])
-    results["to better of persistence and mean"] = results["model"]["mean"] / best_blind
-    results["to no motors"] = results["model"]["mean"] / results["no motors"]["mean"]
     return results
 
 
-def probe(run: Run, data: RobotData) -> dict[str, float]:
-    """R2 on the test blocks of a linear probe fitted on the training blocks."""
-    train, test = data.train, data.test
-    codes = [run.encode(t.experience.motors, t.experience.num_steps) for t in (train, test)]
-    targets = [displacement_targets(t.displacements.achieved) for t in (train, test)]
+def run_folder(out: Path, log: Path, name: str, seed: int) -> Path:
+    """Where a run on a recording stands."""
+    return out / "robots" / log.name.partition(".")[0] / name.replace(" ", "-") / f"seed{seed}"
+
+
+def _run(
+    seen: RobotData, name: str, experiment: RobotExperiment, seed: int, folder: Path
+) -> dict[str, Any]:
+    results = folder / "results.json"
+    if results.exists():
+        return dict(json.loads(results.read_text()))
+    simulation = SimulationConfig(horizon=experiment.horizon_scans)
+    model = replace(ModelConfig(), **MODELS[name])
+    config = RunConfig(simulation, model, replace(TRAINING, seed=seed))
+    run = train(
+        config,
+        seen.train.experience,
+        seen.scaling,
+        folder,
+        validation=seen.validation.experience,
+        resume=True,
+    )
+    measured = measure_on(run, seen)
+    with locked(folder):
+        write_json(results, measured)
+    return measured
+
+
+def measure_on(run: Run, data: RobotData) -> dict[str, Any]:
+    """Error on the test blocks, and R2 there of a linear probe fitted on the training blocks."""
+    test = data.test.experience
+    codes = [run.encode(e.motors, e.num_steps) for e in (data.train.experience, test)]
+    targets = [displacement_targets(t.displacements.achieved) for t in (data.train, data.test)]
     r2 = linear_probe(codes[0], targets[0], codes[1], targets[1])
-    return dict(zip(COMPONENTS, (float(jnp.round(v, 4)) for v in r2), strict=True))
+    return {
+        "error": mean_squared_error(run.predict(test), test.later_sensors),
+        "persistence": persistence_error(test),
+        "probe_r2": dict(zip(COMPONENTS, (float(jnp.round(v, 4)) for v in r2), strict=True)),
+    }
 
 
-def training_data(path: Path, config: RunConfig) -> tuple[RunConfig, Experience, Scaling]:
-    """What `train --data` learns from: the training blocks of a recording."""
-    experiment = RobotExperiment(config.simulation.horizon, per_scan=True)
-    data = robot_data(read_log(path), experiment)
-    per_epoch = min(config.training.trajectories_per_epoch, len(data.train))
-    training = replace(config.training, trajectories_per_epoch=per_epoch, curriculum=0.0)
-    return replace(config, training=training), data.train.experience, data.scaling
+def codes_on_test(
+    log: Path, experiment: RobotExperiment, out: Path
+) -> tuple[np.ndarray, np.ndarray]:
+    """Codes of the first seed's network on the test blocks, and the true displacements."""
+    data = robot_data(read_log(log), experiment)
+    run = load_run(run_folder(out, log, "model", 0))
+    codes = run.encode(data.test.experience.motors, data.test.experience.num_steps)
+    return np.asarray(codes), np.asarray(data.test.displacements.achieved)
+
+
+def data_for(log: Path, simulation: SimulationConfig) -> RobotData:
+    """What `--data` learns from and is measured on: one command per scan interval."""
+    shortest = simulation.min_horizon or simulation.horizon
+    experiment = RobotExperiment(simulation.horizon, shortest, per_scan=True)
+    return robot_data(read_log(log), experiment)

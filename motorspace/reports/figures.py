@@ -19,6 +19,8 @@ COMPONENTS = ("longitudinal displacement", "lateral displacement", "orientation 
 PAPER_COLOURS = ("jet", "jet", "jet")
 UNIFORM_COLOURS = ("viridis", "viridis", "twilight")
 """A perceptually uniform choice; orientation gets a cyclic one."""
+PANE_COLOUR = (0.86, 0.86, 0.86)
+"""Behind the codes: no colour map in use has it."""
 
 
 def png(figure: Figure, *, dots_per_inch: int = 100) -> bytes:
@@ -88,8 +90,8 @@ def codes_figure(
     """Codes in three dimensions, once per displacement component, one row per run.
 
     `rows` holds (title, coordinates [N, 3], displacements [N, 3]). As in the paper most points
-    are transparent, and those within a tenth of five values of the colour's component, with the
-    two others near zero where there are enough such points, are opaque.
+    are transparent; opaque are those in five narrow ranges of the component shown, spread
+    evenly over it.
     """
     figure = Figure(figsize=(12, 3.9 * len(rows)), layout="constrained")
     for row, (title, coordinates, displacements) in enumerate(rows):
@@ -99,11 +101,14 @@ def codes_figure(
             chosen = _chosen(np.asarray(displacements), column)
             low, high = float(value.min()), float(value.max())
             style = {"cmap": colours[column], "vmin": low, "vmax": high, "linewidths": 0}
+            style["depthshade"] = False
             faint, strong = coordinates[~chosen], coordinates[chosen]
             axes.scatter(*faint.T, c=value[~chosen], s=4, alpha=0.15, **style)
             shown = axes.scatter(*strong.T, c=value[chosen], s=9, alpha=1.0, **style)
             figure.colorbar(shown, ax=axes, shrink=0.6, pad=0.08)
             axes.set_title(f"{title}\n{name}", fontsize=10)
+            for pane in (axes.xaxis, axes.yaxis, axes.zaxis):
+                pane.set_pane_color(PANE_COLOUR)
             for axis, number in zip("xyz", (1, 2, 3), strict=True):
                 getattr(axes, f"set_{axis}label")(f"{axis_name} {number}", labelpad=-10)
                 getattr(axes, f"set_{axis}ticks")([])

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from html import escape
 from typing import Any
 
+import numpy as np
+
 STYLE = """
 :root { color-scheme: light dark; }
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 60rem;
@@ -39,10 +41,15 @@ def report_page(title: str, sections: Sequence[Section]) -> str:
 
 
 def markdown_table(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Rows as a Markdown table; the first row's keys are the columns."""
+    """Rows as a Markdown table; the first row's keys are the columns. No rows, no table."""
+    if not rows:
+        return ""
     columns = list(rows[0])
     lines = ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
-    lines += ["| " + " | ".join(shown(row.get(c)) for c in columns) + " |" for row in rows]
+    lines += [
+        "| " + " | ".join(shown(row.get(c)).replace("|", "\\|") for c in columns) + " |"
+        for row in rows
+    ]
     return "\n".join(lines) + "\n"
 
 
@@ -55,7 +62,7 @@ def shown(value: Any) -> str:
         return mean if low == high else f"{mean} ({low} to {high})"
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return f"{value:.3g}" if isinstance(value, float) else str(value)
+    return f"{value:.3g}" if isinstance(value, float | np.floating) else str(value)
 
 
 def _section(section: Section) -> str:

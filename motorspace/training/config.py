@@ -104,6 +104,8 @@ class TrainingConfig:
     """cosine: warm-up over 1% of the updates, then decay to zero; constant: the plain recipe."""
     curriculum: float = 0.3
     """Share of the epochs, from the first, over which the longest trajectory grows from 1 to T."""
+    average: float = 0.0
+    """Decay of a moving average of the weights, which is what is kept; 0 keeps the last ones."""
     seed: int = 0
     """Seed of the initial weights and of every trajectory."""
 

@@ -9,7 +9,7 @@ import optax
 from jaxtyping import Array, Int
 
 from motorspace._errors import UserError
-from motorspace._types import Count, Key, Scalar
+from motorspace._types import Count, Key, Record, Scalar
 from motorspace.models import Model, ModelConfig, Scaling, build_model
 from motorspace.models.losses import code_variance, encode_all, inverse_loss, prediction_loss
 from motorspace.training.config import TrainingConfig
@@ -25,6 +25,16 @@ class TrainState(eqx.Module):
     model: Model
     optimiser: optax.OptState
     epoch: Int[Array, ""]
+    average: Model | None = None
+    """The weights averaged over updates, where that is asked for."""
+    best: Model | None = None
+    """What predicts the validation data best so far, where there are some."""
+    best_error: Scalar | None = None
+
+    @property
+    def kept(self) -> Model:
+        """The network that training has to show."""
+        return self.best or self.average or self.model
 
 
 class EpochRecord(eqx.Module):
@@ -33,6 +43,9 @@ class EpochRecord(eqx.Module):
     prediction_loss: Scalar
     inverse_loss: Scalar
     code_variance: Scalar
+
+
+Carry = tuple[Model, optax.OptState, Model | None]
 
 
 def optimiser(config: TrainingConfig) -> optax.GradientTransformation:
@@ -48,9 +61,14 @@ def optimiser(config: TrainingConfig) -> optax.GradientTransformation:
 
 
 def init(
-    config: TrainingConfig, model: ModelConfig, scaling: Scaling, *, horizon: int
+    config: TrainingConfig,
+    model: ModelConfig,
+    scaling: Scaling,
+    *,
+    horizon: int,
+    validated: bool = False,
 ) -> TrainState:
-    """The state before the first epoch."""
+    """The state before the first epoch; with `validated` it will keep its best network."""
     if config.epochs < 1 or not 1 <= config.batch_size <= config.trajectories_per_epoch:
         raise UserError(
             f"{config.epochs} epochs of {config.trajectories_per_epoch} trajectories in batches "
@@ -59,8 +77,10 @@ def init(
         )
     weights_key, _ = jax.random.split(jax.random.key(config.seed))
     network = build_model(model, scaling, horizon=horizon, key=weights_key)
-    parameters = eqx.filter(network, eqx.is_inexact_array)
-    return TrainState(network, optimiser(config).init(parameters), jnp.zeros((), jnp.int32))
+    moments = optimiser(config).init(eqx.filter(network, eqx.is_inexact_array))
+    average = network if config.average > 0 else None
+    best = (network, jnp.array(jnp.inf)) if validated else (None, None)
+    return TrainState(network, moments, jnp.zeros((), jnp.int32), average, *best)
 
 
 @eqx.filter_jit
@@ -81,28 +101,38 @@ def train_epoch(
     batches = _batches(source, config, state.epoch, key=epoch_key)
     trainable, fixed = eqx.partition(state.model, eqx.is_inexact_array)
 
-    def loss(trainable: Model, batch: Experience) -> tuple[Scalar, EpochRecord]:
+    noise_keys = jax.random.split(jax.random.fold_in(epoch_key, 0), batches.num_steps.shape[0])
+
+    def loss(trainable: Model, batch: Experience, key: Key) -> tuple[Scalar, EpochRecord]:
         model = eqx.combine(trainable, fixed)
         codes = encode_all(model, batch)
         if not model_config.train_encoder:
             codes = jax.lax.stop_gradient(codes)
-        prediction = prediction_loss(model, batch, codes)
+        noisy = codes
+        if model_config.code_noise > 0:
+            noisy += model_config.code_noise * jax.random.normal(key, codes.shape)
+        prediction = prediction_loss(model, batch, noisy)
         inverse = inverse_loss(model, batch, codes)
         record = EpochRecord(prediction, inverse, code_variance(codes))
         return prediction + model_config.inverse_weight * inverse, record
 
-    def update(
-        carry: tuple[Model, optax.OptState], batch: Experience
-    ) -> tuple[tuple[Model, optax.OptState], EpochRecord]:
-        trainable, moments = carry
-        gradients, record = jax.grad(loss, has_aux=True)(trainable, batch)
+    def update(carry: Carry, given: tuple[Experience, Key]) -> tuple[Carry, EpochRecord]:
+        trainable, moments, average = carry
+        gradients, record = jax.grad(loss, has_aux=True)(trainable, *given)
         steps, moments = adam.update(gradients, moments)
-        return (optax.apply_updates(trainable, steps), moments), record
+        trainable = optax.apply_updates(trainable, steps)
+        if average is not None:
+            average = optax.incremental_update(trainable, average, 1 - config.average)
+        return (trainable, moments, average), record
 
-    (trainable, moments), records = jax.lax.scan(update, (trainable, state.optimiser), batches)
+    average = eqx.filter(state.average, eqx.is_inexact_array)
+    (trainable, moments, average), records = jax.lax.scan(
+        update, (trainable, state.optimiser, average), (batches, noise_keys)
+    )
     model = eqx.combine(trainable, fixed)
-    mean = jax.tree.map(jnp.mean, records)
-    return TrainState(model, moments, state.epoch + 1), mean
+    averaged = None if state.average is None else eqx.combine(average, fixed)
+    after = TrainState(model, moments, state.epoch + 1, averaged, state.best, state.best_error)
+    return after, jax.tree.map(jnp.mean, records)
 
 
 def _batches(
@@ -126,14 +156,16 @@ def fit(
     state: TrainState,
     source: ExperienceSource,
     *,
-    watch: Callable[[TrainState, dict[str, float]], None] = lambda state, record: None,
+    validation: Experience | None = None,
+    watch: Callable[[TrainState, Record], None] = lambda state, record: None,
 ) -> TrainState:
     """Train from `state` to the configured number of epochs.
 
     `source` is a fixed `Experience` (batches are drawn with replacement) or a function from a key
-    and the epoch to fresh transitions. `watch` is called after every epoch with the state and its
-    record. Raises `UserError` when the loss stops being finite; what `watch` was given before
-    stays valid.
+    and the epoch to fresh transitions. With `validation` data the state keeps the network that
+    has predicted them best after any epoch. `watch` is called after every epoch with the state
+    and its record. Raises `UserError` when the loss stops being finite; what `watch` was given
+    before stays valid.
     """
     for epoch in range(int(state.epoch), config.epochs):
         state, record = train_epoch(state, source, config, model)
@@ -143,5 +175,21 @@ def fit(
                 f"the loss is no longer finite after epoch {epoch + 1}",
                 remedy="lower the learning rate and resume, or check the data for extreme values",
             )
+        if validation is not None:
+            state, error = keep_best(state, validation)
+            logged["validation_loss"] = float(error)
         watch(state, {"epoch": epoch + 1, **logged})
     return state
+
+
+@eqx.filter_jit
+def keep_best(state: TrainState, validation: Experience) -> tuple[TrainState, Scalar]:
+    """The state with the better of its best network and its present one, and the latter's loss."""
+    assert state.best_error is not None, "the state was made by init(validated=True)"
+    present = state.average or state.model
+    error = prediction_loss(present, validation, encode_all(present, validation))
+    better = error < state.best_error
+    arrays, fixed = eqx.partition((present, error), eqx.is_array)
+    kept = eqx.filter((state.best, state.best_error), eqx.is_array)
+    best = jax.tree.map(lambda new, old: jnp.where(better, new, old), arrays, kept)
+    return eqx.tree_at(lambda s: (s.best, s.best_error), state, eqx.combine(best, fixed)), error

@@ -12,7 +12,6 @@ RUN/results.json            what `evaluate` measured
 import dataclasses
 import json
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -26,6 +25,7 @@ from safetensors.numpy import load, save
 
 from motorspace._errors import UserError
 from motorspace._files import locked, write_atomically, write_json
+from motorspace._types import Record, Watch
 from motorspace.models import Model, Scaling
 from motorspace.models.losses import encode_all
 from motorspace.training.config import RunConfig, config_from_json
@@ -42,7 +42,7 @@ class Run:
 
     config: RunConfig
     model: Model
-    log: tuple[dict[str, float], ...] = ()
+    log: tuple[Record, ...] = ()
 
     @property
     def collapsed(self) -> bool:
@@ -80,11 +80,13 @@ def train(
     scaling: Scaling,
     folder: Path | None = None,
     *,
+    validation: Experience | None = None,
     resume: bool = False,
-    watch: Callable[[dict[str, float]], None] = lambda record: None,
+    watch: Watch = lambda record: None,
 ) -> Run:
     """Fit a network to `source` and, given a `folder`, keep the run there.
 
+    With `validation` data the network that predicted them best after any epoch is kept.
     A checkpoint is written every half a minute. With `resume` a stopped run continues from
     its last one, to the same weights as if it had never stopped; a finished run is returned
     as it is.
@@ -93,26 +95,34 @@ def train(
     loss stops being finite (the last good checkpoint stays).
     """
     horizon = _horizon(source)
-    state = init(config.training, config.model, scaling, horizon=horizon)
+    validated = validation is not None
+    state = init(config.training, config.model, scaling, horizon=horizon, validated=validated)
     if folder is None:
-        log: list[dict[str, float]] = []
+        log: list[Record] = []
 
-        def keep(_: TrainState, record: dict[str, float]) -> None:
+        def keep(_: TrainState, record: Record) -> None:
             log.append(record)
             watch(record)
 
-        state = fit(config.training, config.model, state, source, watch=keep)
-        return Run(config, state.model, tuple(log))
+        state = fit(config.training, config.model, state, source, validation=validation, watch=keep)
+        return Run(config, state.kept, tuple(log))
 
     with locked(folder):
         _claim(folder, config, scaling, horizon, resume=resume)
         keeper = _Keeper(folder, *_restore(folder, state), watch)
         try:
-            state = fit(config.training, config.model, keeper.state, source, watch=keeper.record)
+            state = fit(
+                config.training,
+                config.model,
+                keeper.state,
+                source,
+                validation=validation,
+                watch=keeper.record,
+            )
         finally:
             keeper.write()
-        write_atomically(folder / "weights.safetensors", _packed(state.model))
-    return Run(config, state.model, tuple(keeper.log))
+        write_atomically(folder / "weights.safetensors", _packed(state.kept))
+    return Run(config, state.kept, tuple(keeper.log))
 
 
 def _horizon(source: ExperienceSource) -> int:
@@ -144,13 +154,13 @@ class _Keeper:
         self,
         folder: Path,
         state: TrainState,
-        log: list[dict[str, float]],
-        watch: Callable[[dict[str, float]], None],
+        log: list[Record],
+        watch: Watch,
     ) -> None:
         self.folder, self.state, self.log, self.watch = folder, state, log, watch
         self.written = time.monotonic()
 
-    def record(self, state: TrainState, record: dict[str, float]) -> None:
+    def record(self, state: TrainState, record: Record) -> None:
         self.state = state
         self.log.append(record)
         self.watch(record)
@@ -196,7 +206,7 @@ def _claim(
         )
 
 
-def _restore(folder: Path, state: TrainState) -> tuple[TrainState, list[dict[str, float]]]:
+def _restore(folder: Path, state: TrainState) -> tuple[TrainState, list[Record]]:
     path = folder / "checkpoint.safetensors"
     if not path.exists():
         return state, []
@@ -223,7 +233,7 @@ def _read_description(folder: Path) -> dict[str, Any]:
     return dict(described)
 
 
-def _read_log(folder: Path) -> list[dict[str, float]]:
+def _read_log(folder: Path) -> list[Record]:
     path = folder / "log.jsonl"
     try:
         return [json.loads(line) for line in path.read_text().splitlines()]

@@ -1,7 +1,7 @@
 """What happened: the part that learning sees, and the part that only evaluation sees."""
 
 from collections.abc import Callable
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -16,15 +16,15 @@ class Experience(eqx.Module):
     Rows of `motors` beyond `num_steps` are zero and no part of the sequence. Raw units.
     """
 
-    sensors: Float[Array, "N K"]
-    motors: Float[Array, "N T M"]
-    num_steps: Int[Array, " N"]
-    later_sensors: Float[Array, "N K"]
+    sensors: Float[Array, "*N K"]
+    motors: Float[Array, "*N T M"]
+    num_steps: Int[Array, "*N"]
+    later_sensors: Float[Array, "*N K"]
 
     def __len__(self) -> int:
         return self.sensors.shape[0]
 
-    def __getitem__(self, rows: object) -> Self:
+    def __getitem__(self, rows: object) -> "Experience":
         """The transitions selected by a slice or an index array."""
         return jax.tree.map(lambda leaf: leaf[rows], self)
 
@@ -35,8 +35,8 @@ class Displacements(NamedTuple):
     `nominal` is what the commands would do with no walls, `achieved` what happened.
     """
 
-    nominal: Float[Array, "N 3"]
-    achieved: Float[Array, "N 3"]
+    nominal: Float[Array, "*N 3"]
+    achieved: Float[Array, "*N 3"]
 
 
 class Trajectories(eqx.Module):
@@ -48,7 +48,7 @@ class Trajectories(eqx.Module):
     def __len__(self) -> int:
         return len(self.experience)
 
-    def __getitem__(self, rows: object) -> Self:
+    def __getitem__(self, rows: object) -> "Trajectories":
         """The transitions selected by a slice or an index array."""
         return jax.tree.map(lambda leaf: leaf[rows], self)
 

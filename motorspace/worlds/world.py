@@ -34,7 +34,7 @@ class WalledWorld(AbstractWorld):
     """
 
     walls: Walls
-    solids: Walls
+    solids: Float[Array, "E 2 2"]
     bounds: tuple[float, float, float, float] = eqx.field(static=True)
 
     def free(self, x: Scalar, y: Scalar) -> Flag:

@@ -9,7 +9,14 @@ import pytest
 
 from motorspace._types import Pose
 from motorspace.experiments.measurement import lattice_counts, measure
-from motorspace.models import ModelConfig, Scaling, build_model
+from motorspace.models import (
+    AbstractMotorEncoder,
+    Model,
+    ModelConfig,
+    Scaling,
+    SensorPredictor,
+    build_model,
+)
 from motorspace.training import Run, RunConfig, SimulationConfig, TrainingConfig
 from motorspace.worlds import LatticeAgent, LatticeWorld, NodeIndex, rollout
 
@@ -19,26 +26,33 @@ CONFIG = RunConfig(
     ModelConfig(hidden_size=8, code_size=4, width_size=8, depth=1),
     TrainingConfig(epochs=1, trajectories_per_epoch=10, batch_size=10),
 )
+SCALING = Scaling((1.0,) * (SIDE**2 + 4), (1.0,) * 6)
 
 
-class Walker(eqx.Module):
-    """A «model» whose code is the sequence, and that predicts by walking it."""
+class Laid(AbstractMotorEncoder):
+    """The sequence itself and its length, as a code."""
 
-    wrong_turn: bool = False
-
-    def encode(self, motors, num_steps):
+    def __call__(self, motors, num_steps):
         return jnp.concatenate([motors.reshape(-1), num_steps[None].astype(float)])
 
-    def predict(self, sensors, code):
+
+class Walker(SensorPredictor):
+    """A predictor that walks the sequence, and may turn once too often."""
+
+    wrong_turn: bool
+
+    def __init__(self, wrong_turn):
+        self.mlp = eqx.nn.MLP(1, 1, 1, 1, key=jax.random.key(0))
+        self.wrong_turn = wrong_turn
+
+    def __call__(self, sensors, code):
         node, quarter = sensors[:-4].argmax(), sensors[-4:].argmax()
-        start = Pose(
-            *(v.astype(float) for v in (node % SIDE, node // SIDE)),
-            quarter * jnp.pi / 2,
-            jnp.zeros(()),
+        x, y, heading, head = (
+            v.astype(float) for v in (node % SIDE, node // SIDE, quarter, 0 * node)
         )
-        path = rollout(
-            LatticeWorld(SIDE, SIDE), LatticeAgent(), start, code[:-1].reshape(HORIZON, 6)
-        )
+        start = Pose(x, y, heading * jnp.pi / 2, head)
+        motors = code[:-1].reshape(HORIZON, 6)
+        path = rollout(LatticeWorld(SIDE, SIDE), LatticeAgent(), start, motors)
         end = jax.tree.map(lambda field: field[code[-1].astype(int)], path)
         end = Pose(end.x, end.y, end.heading + self.wrong_turn * jnp.pi / 2, end.head)
         return NodeIndex().sense(LatticeWorld(SIDE, SIDE), end)
@@ -61,7 +75,7 @@ def valid_by_hand(num_steps):
 
 @pytest.mark.parametrize("wrong_turn", [False, True])
 def test_every_valid_case_is_counted_once(wrong_turn):
-    counts = lattice_counts(Run(CONFIG, Walker(wrong_turn)))
+    counts = lattice_counts(Run(CONFIG, Model(Laid(), Walker(wrong_turn), None, SCALING)))
     assert [c.num_steps for c in counts] == [1, 2, 3]
     for count in counts:
         assert count.valid == valid_by_hand(count.num_steps)
@@ -69,8 +83,7 @@ def test_every_valid_case_is_counted_once(wrong_turn):
 
 
 def test_an_untrained_network_is_measured_and_found_wanting(getkey):
-    scaling = Scaling((1.0,) * (SIDE**2 + 4), (1.0,) * 6)
-    model = build_model(CONFIG.model, scaling, horizon=HORIZON, key=getkey())
+    model = build_model(CONFIG.model, SCALING, horizon=HORIZON, key=getkey())
     measured = measure(Run(CONFIG, model), num=200)
     assert measured["accuracy"] < 0.2
     assert measured["cases"]["1"][1] == valid_by_hand(1)

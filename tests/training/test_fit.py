@@ -20,6 +20,7 @@ from motorspace.models.losses import code_variance, encode_all, inverse_loss, pr
 from motorspace.training import fit, init, simulator
 
 SMALL = TrainingConfig(epochs=30, trajectories_per_epoch=512, batch_size=64, learning_rate=3e-3)
+SCALING = Scaling((1.0,), (1.0,))
 NETWORK = ModelConfig(hidden_size=16, code_size=4, width_size=32, depth=2)
 
 
@@ -33,7 +34,7 @@ def linear_experience(num: int) -> Experience:
 
 def test_fit_learns_what_the_sensors_reveal():
     experience = linear_experience(4096)
-    state = init(SMALL, NETWORK, Scaling((1.0,), (1.0,)), horizon=3)
+    state = init(SMALL, NETWORK, SCALING, horizon=3)
     before = prediction_loss(state.model, experience, encode_all(state.model, experience))
     trained = fit(SMALL, NETWORK, state, experience).model
     after = prediction_loss(trained, experience, encode_all(trained, experience))
@@ -45,7 +46,7 @@ def test_fit_learns_what_the_sensors_reveal():
 def test_a_model_without_motors_cannot_beat_the_spread_of_the_displacement():
     experience = linear_experience(4096)
     network = replace(NETWORK, encoder="none")
-    state = init(SMALL, network, Scaling((1.0,), (1.0,)), horizon=3)
+    state = init(SMALL, network, SCALING, horizon=3)
     trained = fit(SMALL, network, state, experience).model
     error = prediction_loss(trained, experience, encode_all(trained, experience))
     assert error > 0.8 * jnp.var(experience.motors.sum(axis=1))
@@ -54,7 +55,7 @@ def test_a_model_without_motors_cannot_beat_the_spread_of_the_displacement():
 def test_an_untrained_encoder_stays_as_it_was():
     network = replace(NETWORK, train_encoder=False)
     config = replace(SMALL, epochs=2)
-    state = init(config, network, Scaling((1.0,), (1.0,)), horizon=3)
+    state = init(config, network, SCALING, horizon=3)
     trained = fit(config, network, state, linear_experience(512)).model
     for before, after in zip(
         jax.tree.leaves(state.model.encoder), jax.tree.leaves(trained.encoder), strict=True
@@ -69,7 +70,7 @@ def test_a_loss_that_is_not_finite_stops_the_run():
     experience = linear_experience(512)
     broken = replace_sensors(experience, experience.sensors.at[:256].set(jnp.inf))
     seen = []
-    state = init(SMALL, NETWORK, Scaling((1.0,), (1.0,)), horizon=3)
+    state = init(SMALL, NETWORK, SCALING, horizon=3)
     with pytest.raises(UserError, match="no longer finite after epoch 1; lower the learning rate"):
         fit(SMALL, NETWORK, state, broken, watch=lambda s, r: seen.append(r))
     assert seen == []
@@ -82,7 +83,7 @@ def replace_sensors(experience: Experience, sensors: jax.Array) -> Experience:
 def test_the_inverse_loss_does_not_reward_smaller_codes():
     experience = linear_experience(256)
     network = replace(NETWORK, inverse_weight=1.0)
-    model = build_model(network, Scaling((1.0,), (1.0,)), horizon=3, key=jax.random.key(0))
+    model = build_model(network, SCALING, horizon=3, key=jax.random.key(0))
     codes = jax.random.uniform(jax.random.key(1), (256, 4))
     shrunk = 0.5 + 0.1 * (codes - 0.5)
     assert inverse_loss(model, experience, shrunk) > inverse_loss(model, experience, codes)
@@ -104,7 +105,62 @@ def test_the_curriculum_grows_the_sequences_and_ends():
     assert (final == 4).all()
 
 
+def test_what_predicts_the_validation_data_best_is_kept():
+    """Noise as sensors: the network learns them by heart and gets worse on other ones."""
+    experience = linear_experience(640)
+    noise = jax.random.normal(jax.random.key(2), experience.sensors.shape)
+    noisy = Experience(
+        experience.sensors,
+        experience.motors,
+        experience.num_steps,
+        experience.later_sensors + noise,
+    )
+    train, validation = noisy[:64], noisy[64:]
+    log = []
+    state = init(SMALL, NETWORK, SCALING, horizon=3, validated=True)
+    state = fit(
+        SMALL, NETWORK, state, train, validation=validation, watch=lambda s, r: log.append(r)
+    )
+    errors = [record["validation_loss"] for record in log]
+    assert state.best_error == pytest.approx(min(errors))
+    kept = prediction_loss(state.kept, validation, encode_all(state.kept, validation))
+    assert kept == pytest.approx(min(errors), rel=1e-5)
+    assert min(errors) < 0.95 * errors[-1]
+
+
+def test_averaged_weights_are_the_mean_over_updates():
+    one_update = replace(SMALL, epochs=1, trajectories_per_epoch=64, batch_size=64)
+    config = replace(one_update, schedule="constant", average=0.75)
+    start = init(config, NETWORK, SCALING, horizon=3)
+    after = fit(config, NETWORK, start, linear_experience(64))
+    models = (start.model, after.model, after.kept)
+    begun, ended, averaged = (m.predictor.mlp.layers[0].weight for m in models)
+    assert not jnp.array_equal(begun, ended)
+    np.testing.assert_allclose(averaged, 0.75 * begun + 0.25 * ended, rtol=1e-5, atol=1e-7)
+
+
+def test_noise_on_the_code_changes_training_but_not_prediction():
+    config = replace(SMALL, epochs=1)
+    experience = linear_experience(512)
+    ends = [
+        fit(config, network, init(config, network, SCALING, horizon=3), experience).model
+        for network in (NETWORK, replace(NETWORK, code_noise=0.5))
+    ]
+    first, noisy = (prediction_loss(m, experience, encode_all(m, experience)) for m in ends)
+    assert abs(float(first) - float(noisy)) > 1e-4
+
+
+def test_without_fresh_trajectories_every_epoch_sees_the_same():
+    simulation = SimulationConfig(horizon=2, layout="empty")
+    training = TrainingConfig(epochs=10, trajectories_per_epoch=50, curriculum=0.0)
+    for fresh in (True, False):
+        config = RunConfig(simulation, ModelConfig(), replace(training, fresh=fresh))
+        draw = simulator(config)
+        first, second = (draw(jax.random.key(n), jnp.array(n)).experience.motors for n in (0, 1))
+        assert jnp.array_equal(first, second) == (not fresh)
+
+
 @pytest.mark.parametrize("change", [{"epochs": 0}, {"batch_size": 0}, {"batch_size": 513}])
 def test_impossible_training_is_refused(change):
     with pytest.raises(UserError, match="are no training; ask for at least one epoch"):
-        init(replace(SMALL, **change), NETWORK, Scaling((1.0,), (1.0,)), horizon=3)
+        init(replace(SMALL, **change), NETWORK, SCALING, horizon=3)

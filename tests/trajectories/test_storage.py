@@ -52,7 +52,7 @@ def test_a_failed_write_keeps_the_old_file(tmp_path, monkeypatch):
     def full(descriptor: int) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("motorspace.trajectories.storage.os.fsync", full)
+    monkeypatch.setattr("motorspace._files.os.fsync", full)
     with pytest.raises(UserError, match="cannot be written \\(No space left on device\\)"):
         save_trajectories(path, trajectories(1), config={})
     assert same(load_trajectories(path)[0], trajectories())

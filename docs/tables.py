@@ -1,0 +1,171 @@
+"""Fill the tables of the documentation from `results/`, or with --check see that they are filled.
+
+A table stands between `<!-- table: NAME -->` and `<!-- end -->`.
+"""
+
+import json
+import re
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from motorspace._files import write_atomically
+from motorspace.experiments.summary import claims
+from motorspace.reports.page import markdown_table
+
+ROOT = Path(__file__).parent.parent
+RESULTS = ROOT / "results" / "paper"
+PAGES = (ROOT / "README.md", ROOT / "docs" / "reproduction.md")
+Row = dict[str, Any]
+
+
+def errors(rows: list[Row]) -> list[Row]:
+    """Table I: the error beside the paper's and the reference rows."""
+    return [
+        {
+            "agent": row["agent"],
+            "r": f"{row['rotation']} pi",
+            "error": row["model"],
+            "oracle": row["oracle"],
+            "error / oracle": row["to_oracle"],
+            "untrained": row["untrained"],
+            "mean": row["mean"],
+            "persistence": row["persistence"],
+            "skill": row["skill"],
+            "paper": row["paper"],
+        }
+        for row in rows
+    ]
+
+
+def short_errors(rows: list[Row]) -> list[Row]:
+    """What the README shows of it."""
+    columns = ("agent", "r", "error", "oracle", "mean", "persistence", "paper")
+    return [{c: row[c] for c in columns} for row in errors(rows)]
+
+
+def probes(rows: list[Row]) -> list[Row]:
+    """R2 of a linear probe of the code, per component."""
+    return [
+        {"agent": row["agent"], "r": f"{row['rotation']} pi", **row["probe_r2"]} for row in rows
+    ]
+
+
+def lattice(rows: list[Row]) -> list[Row]:
+    """Accuracy and organisation of the lattice runs."""
+    return [
+        {
+            "run": f"{row['name'].split('/')[1].replace('-', ' ')} model"
+            + (", untrained encoder" if row["part"] == "untrained" else ""),
+            "epochs": row["epochs"],
+            "accuracy": row["accuracy"],
+            "within / total, pose": row["within_to_total_pose"],
+            "within / total, translation": row["within_to_total"],
+            **{
+                f"R2 {component}, {count} PCs": row["r2_from_components"][count][component]
+                for count in ("2", "3")
+                for component in ("longitudinal", "lateral")
+            },
+            "code variance": row["code_variance"],
+        }
+        for row in rows
+    ]
+
+
+def lattice_cases(rows: list[Row]) -> list[Row]:
+    """Exact predictions by length of the sequence."""
+    trained = {r["name"].split("/")[1]: r["cases"] for r in rows if r["part"] == "model"}
+    steps = next(iter(trained.values()))
+    return [
+        {
+            "T": number,
+            "cases": f"{case['valid']:,}",
+            **{
+                f"correct, {name.replace('-', ' ')}": f"{cases[number]['correct']['mean']:,.0f}"
+                for name, cases in trained.items()
+            },
+        }
+        for number, case in steps.items()
+    ]
+
+
+def points(rows: list[Row]) -> list[Row]:
+    """The open points, one changed at a time."""
+    return [
+        {
+            "changed": row["point"],
+            "error": row["model"],
+            "mean": row["mean"],
+            "persistence": row["persistence"],
+            **{f"R2 {name}": value["mean"] for name, value in row["probe_r2"].items()},
+        }
+        for row in rows
+    ]
+
+
+def robots(rows: list[Row]) -> list[Row]:
+    """Errors on held-out blocks of the recorded robots."""
+    columns = ("model", "untrained", "no motors", "mean", "persistence")
+    return [{"recording": r["recording"], **{c: r[c] for c in columns}} for r in rows]
+
+
+def robot_probes(rows: list[Row]) -> list[Row]:
+    """R2 of a linear probe of the robots' codes."""
+    return [{"recording": r["recording"], **r["probe_r2 of model"]} for r in rows]
+
+
+def targets(rows: list[Row]) -> list[Row]:
+    """Every claim with its target."""
+    columns = ("claim", "measured", "interval", "target", "holds", "reason")
+    return [
+        {c: row.get(c) for c in columns}
+        | {"interval": "{:.3g} to {:.3g}".format(*row["interval"])}
+        | {"reason": row.get("reason", "")}
+        for row in rows
+    ]
+
+
+TABLES: dict[str, tuple[str, Callable[[list[Row]], list[Row]]]] = {
+    "errors": ("table", errors),
+    "short_errors": ("table", short_errors),
+    "probes": ("table", probes),
+    "lattice": ("lattice", lattice),
+    "lattice_cases": ("lattice", lattice_cases),
+    "points": ("points", points),
+    "robots": ("robots", robots),
+    "robot_probes": ("robots", robot_probes),
+}
+
+
+def filled() -> dict[Path, str]:
+    """What every file made from the results must hold."""
+    files = {
+        name: json.loads(path.read_text())
+        for name in ("table", "lattice", "points", "robots")
+        if (path := RESULTS / f"{name}.json").exists()
+    }
+    summary = claims(files, json.loads((RESULTS / "reasons.json").read_text()))
+    tables = {
+        name: markdown_table(make(files[source]["rows"]))
+        for name, (source, make) in TABLES.items()
+        if source in files
+    }
+    tables["targets"] = markdown_table(targets(summary))
+    made = {RESULTS / "summary.json": json.dumps(summary, indent=1) + "\n"}
+    for page in PAGES:
+        made[page] = re.sub(
+            r"(<!-- table: (\w+) -->\n).*?(<!-- end -->)",
+            lambda found: found[1] + tables.get(found[2], "Not measured yet.\n") + found[3],
+            page.read_text(),
+            flags=re.DOTALL,
+        )
+    return made
+
+
+if __name__ == "__main__":
+    stale = [path for path, text in filled().items() if path.read_text() != text]
+    if "--check" in sys.argv and stale:
+        sys.exit("not made from the results: " + ", ".join(p.name for p in stale))
+    for path, text in filled().items():
+        write_atomically(path, text.encode())

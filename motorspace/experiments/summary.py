@@ -1,0 +1,180 @@
+"""From the results of runs to the rows of tables, and to targets that hold or do not."""
+
+from collections.abc import Mapping, Sequence
+from statistics import fmean
+from typing import Any
+
+from motorspace.experiments import paper
+
+Row = dict[str, Any]
+
+
+def table_rows(results: Sequence[Row]) -> list[Row]:
+    """One row per cell of the paper's table I."""
+    rows = []
+    for agent, errors in paper.PAPER_ERRORS.items():
+        for rotation, published in zip(paper.ROTATIONS, errors, strict=True):
+            of = _by_part(results, f"table/{agent}-{rotation}")
+            if not of["model"]:
+                continue
+            row: Row = {"agent": agent, "rotation": rotation, "paper": published}
+            for part, runs in of.items():
+                row[part] = spread([r["errors"]["model"] for r in runs])
+            row |= {
+                "persistence": fmean(r["errors"]["persistence"] for r in of["model"]),
+                "mean": fmean(r["errors"]["mean"] for r in of["model"]),
+                "skill": spread([r["errors"]["skill"] for r in of["model"]]),
+                "to_oracle": relative(row["model"], row["oracle"]),
+                "probe_r2": _spreads([r["probe_r2"] for r in of["model"]]),
+                "epochs": of["model"][0]["epochs"],
+                "num_test": of["model"][0]["errors"]["num_trajectories"],
+            }
+            rows.append(row)
+    return rows
+
+
+def lattice_rows(results: Sequence[Row]) -> list[Row]:
+    """One row per kind of lattice run."""
+    rows = []
+    for name in ("lattice/without-inverse", "lattice/with-inverse"):
+        for part, runs in _by_part(results, name).items():
+            if not runs:
+                continue
+            row: Row = {"name": name, "part": part, "epochs": runs[0]["epochs"]}
+            for number in ("accuracy", "within_to_total", "within_to_total_pose", "code_variance"):
+                row[number] = spread([r[number] for r in runs])
+            row["cases"] = {
+                steps: {"valid": valid, "correct": spread([r["cases"][steps][0] for r in runs])}
+                for steps, (_, valid) in runs[0]["cases"].items()
+            }
+            row["r2_from_components"] = {
+                count: _spreads([r["r2_from_components"][count] for r in runs])
+                for count in runs[0]["r2_from_components"]
+            }
+            rows.append(row)
+    return rows
+
+
+def point_rows(results: Sequence[Row]) -> list[Row]:
+    """One row per value of an open point of the paper."""
+    rows = []
+    for name in paper.POINTS:
+        runs = _by_part(results, f"points/{name}")["model"]
+        if runs:
+            errors = spread([r["errors"]["model"] for r in runs])
+            level, persistence = (
+                fmean(r["errors"][reference] for r in runs) for reference in ("mean", "persistence")
+            )
+            probes = _spreads([r["probe_r2"] for r in runs])
+            rows.append(
+                {"point": name, "model": errors, "mean": level, "persistence": persistence}
+                | {"probe_r2": probes, "epochs": runs[0]["epochs"]}
+            )
+    return rows
+
+
+def claims(files: Mapping[str, Row], reasons: Mapping[str, str]) -> list[Row]:
+    """Every target for the results in `files`, and whether it holds.
+
+    A file is {"command", "date", "rows"}; `reasons` says why a claim does not hold.
+    """
+    makers = {
+        "table": _table_claims,
+        "lattice": _lattice_claims,
+        "points": lambda rows: [],
+        "robots": _robot_claims,
+    }
+    found = []
+    for name, file in files.items():
+        for claim in makers[name](file["rows"]):
+            reason = {} if claim["holds"] else {"reason": reasons.get(claim["claim"], "not known")}
+            found.append(claim | reason | {"command": file["command"], "date": file["date"]})
+    return found
+
+
+def _table_claims(cells: list[Row]) -> list[Row]:
+    made = []
+    for cell in cells:
+        name = f"{cell['agent']}, r = {cell['rotation']} pi"
+        if cell["to_oracle"]:
+            made.append(_claim(f"{name}: error over its oracle's", cell["to_oracle"], most=1.10))
+        worst = cell["model"]["high"] / cell["mean"]
+        made.append(
+            _claim(
+                f"{name}: every seed has left the plateau (largest error over the mean's)",
+                {"mean": worst, "low": worst, "high": worst},
+                most=0.85,
+            )
+        )
+    return made
+
+
+def _lattice_claims(kinds: list[Row]) -> list[Row]:
+    made = []
+    for kind in kinds:
+        if kind["part"] != "model":
+            continue
+        name = kind["name"]
+        made.append(_claim(f"{name}: accuracy over every case", kind["accuracy"], least=1.0))
+        if name == "lattice/with-inverse":
+            for component in ("longitudinal", "lateral"):
+                made.append(
+                    _claim(
+                        f"{name}: R2 of {component} displacement from 3 components",
+                        kind["r2_from_components"]["3"][component],
+                        least=0.9,
+                    )
+                )
+    return made
+
+
+def _robot_claims(robots: list[Row]) -> list[Row]:
+    made = []
+    for robot in robots:
+        level = min(robot["persistence"], robot["mean"])
+        blind = robot["no motors"]["mean"]
+        for reference, value, most in (
+            ("the better of persistence and mean", level, 0.75),
+            ("the no-motor model's", blind, 0.85),
+        ):
+            ratio = {k: robot["model"][k] / value for k in ("mean", "low", "high")}
+            made.append(_claim(f"{robot['recording']}: error over {reference}", ratio, most=most))
+    return made
+
+
+def _claim(
+    claim: str, measured: Row, *, least: float | None = None, most: float | None = None
+) -> Row:
+    holds = measured["low"] >= least if least is not None else measured["high"] <= (most or 0.0)
+    return {
+        "claim": claim,
+        "measured": measured["mean"],
+        "interval": [measured["low"], measured["high"]],
+        "target": f"at least {least}" if least is not None else f"at most {most}",
+        "holds": holds,
+    }
+
+
+def spread(values: Sequence[float]) -> Row | None:
+    """Mean, smallest and largest over seeds, and how many there are."""
+    if not values:
+        return None
+    return {"mean": fmean(values), "low": min(values), "high": max(values), "seeds": len(values)}
+
+
+def relative(measured: Row | None, reference: Row | None) -> Row | None:
+    """A spread as multiples of another one's mean."""
+    if not measured or not reference:
+        return None
+    return {k: measured[k] / reference["mean"] for k in ("mean", "low", "high")}
+
+
+def _spreads(measures: Sequence[Mapping[str, float]]) -> dict[str, Row | None]:
+    return {name: spread([m[name] for m in measures]) for name in measures[0]}
+
+
+def _by_part(results: Sequence[Row], name: str) -> dict[str, list[Row]]:
+    return {
+        part: [r for r in results if (r["name"], r["part"]) == (name, part)]
+        for part in ("model", "oracle", "untrained")
+    }
