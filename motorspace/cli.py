@@ -5,6 +5,7 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -22,6 +23,7 @@ AsJson = Annotated[Flag, tyro.conf.arg(name="json", help="Print the results as J
 Preset = tyro.extras.subcommand_type_from_defaults(paper.PRESETS, prefix_names=False)
 
 app = tyro.extras.SubcommandApp()
+tell = partial(print, flush=True)
 
 
 @app.command(name="train")
@@ -30,18 +32,39 @@ def train_command(
     out: Path | None = None,
     data: Path | None = None,
     resume: Flag = False,
+    seeds: int = 1,
+    jobs: int = 2,
 ) -> None:
-    """Train one network, in simulation or on a recorded robot.
+    """Train a network, in simulation or on a recorded robot.
 
     Args:
         config: The paper's system to start from; every flag changes one of its parameters.
         out: Folder of the run; runs/AGENT-SEED when left out.
         data: A robot's log to learn from instead of a simulation (CARMEN, CSV or Parquet).
         resume: Continue the run in this folder from its last checkpoint.
+        seeds: Networks to train, in folders seedN below the run's (simulation only).
+        jobs: Networks trained at once when there are several.
     """
     run: RunConfig = config
     name = run.simulation.agent if data is None else data.name.partition(".")[0]
     folder = out or Path("runs") / f"{name}-{run.training.seed}"
+    if seeds < 1 or (seeds > 1 and data is not None):
+        raise UserError(
+            f"cannot train {seeds} seeds" + (" on a log" if data is not None else ""),
+            remedy="ask for at least one, and for one at a time on a log",
+        )
+    if seeds > 1:
+        from motorspace.experiments.reproduction import train_seeds
+
+        train_seeds(
+            run,
+            folder,
+            seeds=seeds,
+            processes=jobs,
+            resume=resume,
+            report=tell,
+        )
+        return
     if data is None:
         source, scaling, validation = fresh_experience(run), simulation_scaling(run), None
     else:
@@ -125,13 +148,19 @@ def reproduce_command(
     from motorspace.experiments import reproduction
 
     if what == "robots":
-        reproduction.reproduce_robots(out, logs, seeds=seeds, report=print)
+        reproduction.reproduce_robots(out, logs, seeds=seeds, report=tell)
         return
     reproduction.reproduce(
-        what, out, budget=budget, seeds=seeds, parts=parts, processes=jobs, report=print
+        what,
+        out,
+        budget=budget,
+        seeds=seeds,
+        parts=parts,
+        processes=jobs,
+        report=tell,
     )
     if what == "all" and logs is not None:
-        reproduction.reproduce_robots(out, logs, seeds=seeds, report=print)
+        reproduction.reproduce_robots(out, logs, seeds=seeds, report=tell)
 
 
 @app.command(name="demo")
@@ -186,14 +215,14 @@ def progress(what: str, epochs: int) -> Iterator[Watch]:
         MofNCompleteColumn(),
         TimeElapsedColumn(),
         TimeRemainingColumn(),
-        TextColumn("loss {task.fields[loss]:.4f}"),
+        TextColumn("{task.fields[rate]:.1f} epochs/s, loss {task.fields[loss]:.4f}"),
     )
     with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
-        task = bar.add_task(what, total=epochs, loss=float("nan"))
+        task = bar.add_task(what, total=epochs, rate=0.0, loss=float("nan"))
 
         def watch(record: Record) -> None:
             epoch, loss = int(record["epoch"]), record["prediction_loss"]
-            bar.update(task, completed=epoch, loss=loss)
+            bar.update(task, completed=epoch, rate=bar.tasks[0].speed or 0.0, loss=loss)
             if not console.is_terminal and epoch % max(1, epochs // 10) == 0:
                 console.print(f"{what}: epoch {epoch} of {epochs}, loss {loss:.5f}")
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from motorspace import load_run
 from motorspace.cli import main
 
 ROOT = Path(__file__).parents[1]
@@ -34,6 +35,15 @@ def test_train_evaluate_and_resume(tmp_path, capsys):
     assert described["config"]["simulation"]["horizon"] == 2
 
 
+def test_several_seeds_are_trained_side_by_side(tmp_path, capsys):
+    out = tmp_path / "runs"
+    main(["train", "forward", *TINY, "--horizon", "1", "--seeds", "2", "--out", str(out)])
+    first, second = (load_run(out / f"seed{seed}") for seed in (0, 1))
+    assert capsys.readouterr().out.count("finished") == 2
+    assert second.config.training.seed == 1
+    assert first.log[-1] != second.log[-1]
+
+
 def test_train_on_a_table(tmp_path, capsys):
     table = tmp_path / "robot.csv"
     rows = [f"{t},{0.1 * (t % 3)},{t % 7}" for t in range(300)]
@@ -55,6 +65,7 @@ WRONG = {
     "epochs": (["train", "forward", "--epochs", "0"], "0 epochs of 2000 trajectories"),
     "run": (["evaluate", "nowhere"], "there is no run here; give a folder"),
     "log": (["inspect", "nowhere.log"], "the log cannot be read"),
+    "seeds": (["train", "forward", "--seeds", "0"], "cannot train 0 seeds"),
     "num": (["evaluate", "nowhere", "--num", "0"], "cannot measure on 0 trajectories"),
 }
 

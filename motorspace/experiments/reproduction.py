@@ -5,6 +5,7 @@ import os
 import threading
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
 from datetime import date
 from pathlib import Path
 from typing import Any, Literal
@@ -12,6 +13,7 @@ from typing import Any, Literal
 from motorspace._errors import UserError
 from motorspace._files import locked, write_json
 from motorspace.experiments import figures, paper, robots, summary
+from motorspace.training import RunConfig, fresh_experience, simulation_scaling, train
 
 What = Literal["lattice", "table", "points", "figures", "robots", "all"]
 Report = Callable[[str], None]
@@ -32,8 +34,8 @@ def reproduce(
     Runs that are finished are read, an interrupted one continues from its checkpoint. Writes
     `table.json`, `lattice.json` and `points.json` in `out/BUDGET`, and the figures beside them.
     """
-    if seeds < 1 or processes < 1:
-        raise UserError("there must be at least one seed and one process")
+    if seeds < 1:
+        raise UserError("there must be at least one seed")
     folder = out / budget
     wanted = []
     if what in ("lattice", "figures", "all"):
@@ -88,21 +90,49 @@ def run_all(
     processes: int,
     report: Report,
 ) -> None:
-    """Run jobs in processes of one thread each, which on a CPU beats one of many threads."""
+    """Train and measure jobs side by side."""
     num_test = paper.TEST_TRAJECTORIES[budget]
-    os.environ["XLA_FLAGS"] = (
-        f"{os.environ.get('XLA_FLAGS', '')} --xla_cpu_multi_thread_eigen=false"
-    )
-    with ProcessPoolExecutor(
-        processes,
-        mp_context=multiprocessing.get_context("spawn"),
-        initializer=_end_with_parent,
-        max_tasks_per_child=1,
-    ) as pool:
+    with _pool(processes) as pool:
         running = {pool.submit(paper.run_job, job, folder, num_test=num_test): job for job in jobs}
         for done, future in enumerate(as_completed(running), start=1):
             error = future.result()["errors"]["model"]
             report(f"[{done}/{len(jobs)}] {running[future].folder}: error {error:.4g}")
+
+
+def train_seeds(
+    config: RunConfig, out: Path, *, seeds: int, processes: int, resume: bool, report: Report
+) -> None:
+    """Train one network per seed, counted from the configuration's own, in `out/seedN`."""
+    first = config.training.seed
+    with _pool(processes) as pool:
+        running = {}
+        for seed in range(first, first + seeds):
+            seeded = replace(config, training=replace(config.training, seed=seed))
+            folder = out / f"seed{seed}"
+            running[pool.submit(_train_one, seeded, folder, resume=resume)] = folder
+        for future in as_completed(running):
+            report(f"finished: {running[future]}, loss {future.result():.4g}")
+
+
+def _train_one(config: RunConfig, folder: Path, *, resume: bool) -> float:
+    source, scaling = fresh_experience(config), simulation_scaling(config)
+    run = train(config, source, scaling, folder, resume=resume)
+    return run.log[-1]["prediction_loss"]
+
+
+def _pool(processes: int) -> ProcessPoolExecutor:
+    """Processes of one thread each, which on a CPU beat one of many threads."""
+    if processes < 1:
+        raise UserError("there must be at least one process")
+    os.environ["XLA_FLAGS"] = (
+        f"{os.environ.get('XLA_FLAGS', '')} --xla_cpu_multi_thread_eigen=false"
+    )
+    return ProcessPoolExecutor(
+        processes,
+        mp_context=multiprocessing.get_context("spawn"),
+        initializer=_end_with_parent,
+        max_tasks_per_child=1,
+    )
 
 
 def _end_with_parent() -> None:

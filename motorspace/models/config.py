@@ -22,8 +22,6 @@ class ModelConfig:
     """ReLU layers of the predictor."""
     inverse_weight: float = 0.0
     """Weight of the inverse model's loss; 0 leaves it out."""
-    code_noise: float = 0.0
-    """Deviation of the normal noise that training adds to the code before predicting."""
     train_encoder: bool = True
     """False leaves the encoder at its initial weights: a reference for what training adds."""
     motor_scaling: Literal["raw", "maximum"] = "raw"

@@ -101,24 +101,19 @@ def train_epoch(
     batches = _batches(source, config, state.epoch, key=epoch_key)
     trainable, fixed = eqx.partition(state.model, eqx.is_inexact_array)
 
-    noise_keys = jax.random.split(jax.random.fold_in(epoch_key, 0), batches.num_steps.shape[0])
-
-    def loss(trainable: Model, batch: Experience, key: Key) -> tuple[Scalar, EpochRecord]:
+    def loss(trainable: Model, batch: Experience) -> tuple[Scalar, EpochRecord]:
         model = eqx.combine(trainable, fixed)
         codes = encode_all(model, batch)
         if not model_config.train_encoder:
             codes = jax.lax.stop_gradient(codes)
-        noisy = codes
-        if model_config.code_noise > 0:
-            noisy += model_config.code_noise * jax.random.normal(key, codes.shape)
-        prediction = prediction_loss(model, batch, noisy)
+        prediction = prediction_loss(model, batch, codes)
         inverse = inverse_loss(model, batch, codes)
         record = EpochRecord(prediction, inverse, code_variance(codes))
         return prediction + model_config.inverse_weight * inverse, record
 
-    def update(carry: Carry, given: tuple[Experience, Key]) -> tuple[Carry, EpochRecord]:
+    def update(carry: Carry, batch: Experience) -> tuple[Carry, EpochRecord]:
         trainable, moments, average = carry
-        gradients, record = jax.grad(loss, has_aux=True)(trainable, *given)
+        gradients, record = jax.grad(loss, has_aux=True)(trainable, batch)
         steps, moments = adam.update(gradients, moments)
         trainable = optax.apply_updates(trainable, steps)
         if average is not None:
@@ -127,7 +122,7 @@ def train_epoch(
 
     average = eqx.filter(state.average, eqx.is_inexact_array)
     (trainable, moments, average), records = jax.lax.scan(
-        update, (trainable, state.optimiser, average), (batches, noise_keys)
+        update, (trainable, state.optimiser, average), batches
     )
     model = eqx.combine(trainable, fixed)
     averaged = None if state.average is None else eqx.combine(average, fixed)

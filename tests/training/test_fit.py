@@ -139,17 +139,6 @@ def test_averaged_weights_are_the_mean_over_updates():
     np.testing.assert_allclose(averaged, 0.75 * begun + 0.25 * ended, rtol=1e-5, atol=1e-7)
 
 
-def test_noise_on_the_code_changes_training_but_not_prediction():
-    config = replace(SMALL, epochs=1)
-    experience = linear_experience(512)
-    ends = [
-        fit(config, network, init(config, network, SCALING, horizon=3), experience).model
-        for network in (NETWORK, replace(NETWORK, code_noise=0.5))
-    ]
-    first, noisy = (prediction_loss(m, experience, encode_all(m, experience)) for m in ends)
-    assert abs(float(first) - float(noisy)) > 1e-4
-
-
 def test_without_fresh_trajectories_every_epoch_sees_the_same():
     simulation = SimulationConfig(horizon=2, layout="empty")
     training = TrainingConfig(epochs=10, trajectories_per_epoch=50, curriculum=0.0)

@@ -1,0 +1,85 @@
+"""Many runs: each is done once, and none outlives the command that started it."""
+
+import json
+import subprocess
+import sys
+import time
+from dataclasses import replace
+
+import pytest
+
+from motorspace import ModelConfig, RunConfig, SimulationConfig, TrainingConfig, UserError
+from motorspace._files import locked
+from motorspace.experiments import paper
+
+TINY = RunConfig(
+    SimulationConfig(agent="forward", horizon=2, layout="empty"),
+    ModelConfig(hidden_size=8, code_size=4, width_size=8, depth=1),
+    TrainingConfig(epochs=2, trajectories_per_epoch=64, batch_size=32),
+)
+
+
+def test_the_table_has_twelve_cells_and_a_budget_is_a_share_of_the_epochs():
+    jobs = paper.table_jobs("fifth", seeds=3, parts=("model", "oracle"))
+    assert len(jobs) == 12 * 3 * 2
+    assert len({job.folder for job in jobs}) == len(jobs)
+    assert {job.config.training.epochs for job in jobs} == {1000}
+    assert {job.config.training.seed for job in jobs[:24]} == {0}
+    oracles = [job.config for job in jobs if job.part == "oracle"]
+    assert {c.model.encoder for c in oracles} == {"identity"}
+
+
+def test_every_open_point_changes_what_it_names_and_nothing_else():
+    jobs = paper.point_jobs("quick", seeds=1)
+    base = jobs[0].config
+    assert len({job.config for job in jobs}) == len(paper.POINTS)
+    for job in jobs:
+        change = paper.POINTS[job.name.partition("/")[2]]
+        for part in ("simulation", "model", "training"):
+            undone = {field: getattr(getattr(base, part), field) for field in change.get(part, {})}
+            assert replace(getattr(job.config, part), **undone) == getattr(base, part)
+
+
+@pytest.mark.parametrize("part", ["model", "oracle"])
+def test_a_finished_job_is_read_not_repeated(tmp_path, monkeypatch, part):
+    config = TINY
+    if part == "oracle":
+        config = replace(config, model=replace(config.model, encoder="identity"))
+    job = paper.Job("table/forward-0.8", config, part)
+    first = paper.run_job(job, tmp_path, num_test=100)
+    assert first["errors"]["model"] > 0 and first["part"] == part
+    assert list(paper.finished(tmp_path)) == [first]
+
+    def fail(*_, **__):
+        raise AssertionError("a finished run was trained again")
+
+    monkeypatch.setattr(paper, "train", fail)
+    assert paper.run_job(job, tmp_path, num_test=100) == first
+
+
+def test_workers_end_with_the_command_that_started_them(tmp_path):
+    arguments = ["train", "forward", "--layout", "empty", "--epochs", "1000000", "--seeds", "2"]
+    command = [sys.executable, "-m", "motorspace.cli", *arguments, "--out", str(tmp_path)]
+    started = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+    try:
+        wait_until(lambda: (tmp_path / "seed0" / "config.json").exists(), seconds=120)
+    finally:
+        started.kill()
+        started.wait()
+    wait_until(lambda: is_free(tmp_path / "seed0"), seconds=20)
+    assert json.loads((tmp_path / "seed0" / "config.json").read_text())["format_version"] == 1
+
+
+def is_free(folder):
+    try:
+        with locked(folder):
+            return True
+    except UserError:
+        return False
+
+
+def wait_until(condition, *, seconds):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "it never came true"
+        time.sleep(0.2)
