@@ -138,7 +138,7 @@ def reproduce_command(
 
     Args:
         what: Which of the paper's experiments.
-        budget: Share of the paper's epochs: quick 5%, fifth 20%, paper all.
+        budget: Share of the paper's epochs: quick 5%, fifth 20%, half 50%, paper all.
         out: Folder of all runs and results.
         seeds: Seeds of every cell.
         parts: The rows to train: the model, its oracle, its untrained encoder.
