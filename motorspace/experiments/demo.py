@@ -10,6 +10,7 @@ import numpy as np
 from motorspace._files import write_atomically
 from motorspace._types import Watch
 from motorspace.analysis.projections import pca
+from motorspace.experiments.figures import world_figures
 from motorspace.experiments.measurement import measure
 from motorspace.experiments.paper import oracle_source
 from motorspace.models import ModelConfig
@@ -25,7 +26,6 @@ from motorspace.training import (
     train,
 )
 from motorspace.trajectories import sample
-from motorspace.worlds import RangeFan, WalledWorld, rollout
 
 EPOCHS = 250
 ORACLE_EPOCHS = 250
@@ -64,16 +64,7 @@ def demo(out: Path, *, seed: int = 0, watch: Watch = lambda record: None) -> Pat
 
 
 def _world_sections(config: RunConfig) -> list[Section]:
-    world, agent, fan = config.simulation.build()
-    assert isinstance(world, WalledWorld) and isinstance(fan, RangeFan)
-    place_key, motor_key = jax.random.split(jax.random.key(3))
-    starts = [world.place(key=key) for key in jax.random.split(place_key, 8)]
-    paths = []
-    for start, key in zip(starts, jax.random.split(motor_key, 8), strict=True):
-        motors = jax.vmap(lambda k: agent.draw(key=k))(jax.random.split(key, 12))
-        paths.append(rollout(world, agent, start, motors))
-    seen = figures.png(figures.environment_figure(world, starts[:2], fan))
-    walked = figures.png(figures.trajectories_figure(world, paths))
+    seen, walked = (figures.png(f) for f in world_figures(config.simulation))
     return [
         Section(
             "The world",

@@ -4,15 +4,18 @@ from pathlib import Path
 
 import jax
 import numpy as np
+from matplotlib.figure import Figure
 
 from motorspace._files import write_atomically
 from motorspace.analysis.projections import ica, pca
 from motorspace.experiments import robots
 from motorspace.experiments.measurement import draw_test
 from motorspace.reports import figures
-from motorspace.training import Run, load_run
-from motorspace.worlds import layout, layout_names
+from motorspace.training import Run, SimulationConfig, load_run
+from motorspace.training.config import AgentName
+from motorspace.worlds import RangeFan, WalledWorld, layout, layout_names, rollout
 
+AGENTS: tuple[AgentName, ...] = ("forward", "holonomic")
 SHOWN_ROTATIONS = (0.2, 0.4, 0.8)
 NUM_POINTS = 6000
 FIGURE_SEED = 2_000_003
@@ -23,7 +26,9 @@ Row = tuple[str, np.ndarray, np.ndarray]
 def write_all(folder: Path) -> list[Path]:
     """Every figure that the finished runs below `folder` allow, as PNG files."""
     pictures = {"layouts": figures.layouts_figure({n: layout(n) for n in layout_names()})}
-    for agent in ("forward", "holonomic"):
+    for agent in AGENTS:
+        environment, trajectories = world_figures(SimulationConfig(agent=agent))
+        pictures |= {"environment": environment, f"trajectories-{agent}": trajectories}
         rows = _table_rows(folder, agent)
         if rows:
             pictures[f"codes-{agent}"] = figures.codes_figure(rows)
@@ -43,6 +48,20 @@ def write_all(folder: Path) -> list[Path]:
         written.append(folder / f"{name}.png")
         write_atomically(written[-1], figures.png(figure, dots_per_inch=70))
     return written
+
+
+def world_figures(simulation: SimulationConfig) -> tuple[Figure, Figure]:
+    """The walled world with two sensing agents, and eight trajectories of twelve steps in it."""
+    world, agent, fan = simulation.build()
+    assert isinstance(world, WalledWorld) and isinstance(fan, RangeFan)
+    place_key, motor_key = jax.random.split(jax.random.key(3))
+    starts = [world.place(key=key) for key in jax.random.split(place_key, 8)]
+    paths = []
+    for start, key in zip(starts, jax.random.split(motor_key, 8), strict=True):
+        motors = jax.vmap(lambda k: agent.draw(key=k))(jax.random.split(key, 12))
+        paths.append(rollout(world, agent, start, motors))
+    seen = figures.environment_figure(world, starts[:2], fan)
+    return seen, figures.trajectories_figure(world, paths)
 
 
 def write_robots(out: Path, logs: Path) -> None:
