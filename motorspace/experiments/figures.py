@@ -1,5 +1,6 @@
 """The paper's figures, drawn from finished runs."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import jax
@@ -29,7 +30,11 @@ def write_all(folder: Path) -> list[Path]:
     for agent in AGENTS:
         environment, trajectories = world_figures(SimulationConfig(agent=agent))
         pictures |= {"environment": environment, f"trajectories-{agent}": trajectories}
-        rows = _table_rows(folder, agent)
+        cells = {
+            f"{agent}, r = {rotation} pi": folder / f"table/{agent}-{rotation}/model/seed0"
+            for rotation in SHOWN_ROTATIONS
+        }
+        rows = _rows(cells)
         if rows:
             pictures[f"codes-{agent}"] = figures.codes_figure(rows)
             pictures[f"codes-{agent}-uniform"] = figures.codes_figure(
@@ -40,7 +45,12 @@ def write_all(folder: Path) -> list[Path]:
             codes, displacements = codes_of(run)
             row = (f"{agent}, r = 0.8 pi", ica(codes), displacements)
             pictures[f"ica-{agent}"] = figures.codes_figure([row], axis_name="IC")
-    lattice = _lattice_rows(folder)
+    lattice = _rows(
+        {
+            f"{kind} the inverse model": folder / f"lattice/{kind}-inverse/model/seed0"
+            for kind in ("without", "with")
+        }
+    )
     if lattice:
         pictures["lattice"] = figures.lattice_figure(lattice)
     written = []
@@ -81,24 +91,13 @@ def codes_of(run: Run) -> tuple[np.ndarray, np.ndarray]:
     return np.asarray(codes), np.asarray(fresh.displacements.achieved)
 
 
-def _table_rows(folder: Path, agent: str) -> list[Row]:
+def _rows(runs: Mapping[str, Path]) -> list[Row]:
+    """Title, principal components and displacements of every run that is finished."""
     rows = []
-    for rotation in SHOWN_ROTATIONS:
-        run = _finished(folder / f"table/{agent}-{rotation}/model/seed0")
+    for title, folder in runs.items():
+        run = _finished(folder)
         if run is not None:
             codes, displacements = codes_of(run)
-            title = f"{agent}, r = {rotation} pi"
-            rows.append((title, pca(codes).coordinates, displacements))
-    return rows
-
-
-def _lattice_rows(folder: Path) -> list[Row]:
-    rows = []
-    for kind in ("without-inverse", "with-inverse"):
-        run = _finished(folder / f"lattice/{kind}/model/seed0")
-        if run is not None:
-            codes, displacements = codes_of(run)
-            title = f"{kind.replace('-', ' ')} model"
             rows.append((title, pca(codes).coordinates, displacements))
     return rows
 
