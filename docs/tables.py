@@ -106,7 +106,7 @@ def points(rows: list[Row]) -> list[Row]:
 
 def robots(rows: list[Row]) -> list[Row]:
     """Errors on held-out blocks of the recorded robots."""
-    columns = ("model", "untrained", "no motors", "mean", "persistence")
+    columns = ("model", "oracle", "untrained", "no motors", "mean", "persistence")
     return [{"recording": r["recording"], **{c: r[c] for c in columns}} for r in rows]
 
 
