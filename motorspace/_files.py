@@ -32,6 +32,9 @@ def locked(folder: Path) -> Iterator[None]:
                 where=folder,
                 remedy="wait for it, or choose another folder",
             ) from None
+        # What a process was writing when it was killed; with the lock, nobody writes now.
+        for unfinished in folder.glob("*.part"):
+            unfinished.unlink(missing_ok=True)
         yield
 
 

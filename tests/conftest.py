@@ -10,10 +10,10 @@ import pytest
 # As the command line does: threads that wait for a busy core cost far more than they gain.
 os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false")
 
-# Many tests compile the same programs: the second one need not.
-jax.config.update(
-    "jax_compilation_cache_dir", str(Path(__file__).parents[1] / ".pytest_cache" / "jax")
-)
+# Many tests compile the same programs: the second one need not, in this process or another.
+CACHE = str(Path(__file__).parents[1] / ".pytest_cache" / "jax")
+os.environ["JAX_COMPILATION_CACHE_DIR"] = CACHE
+jax.config.update("jax_compilation_cache_dir", CACHE)
 
 
 @pytest.fixture

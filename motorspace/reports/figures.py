@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
@@ -145,7 +145,7 @@ def learning_curve_figure(
     return figure
 
 
-def _chosen(displacements: Numbers, column: int) -> Numbers:
+def _chosen(displacements: Numbers, column: int) -> Bool[np.ndarray, " N"]:
     """Points to draw opaque: a few narrow ranges of one component."""
     value = displacements[:, column]
     low, high = np.percentile(value, [2, 98])

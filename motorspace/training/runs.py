@@ -52,12 +52,14 @@ class Run:
         return encodes and last < COLLAPSED_BELOW
 
     def encode(
-        self, motors: Float[Array, "N T M"], num_steps: Int[Array, " N"] | None = None
+        self,
+        motors: Float[Array | np.ndarray, "N T M"],
+        num_steps: Int[Array | np.ndarray, " N"] | None = None,
     ) -> Float[Array, "N C"]:
         """Codes h^m of N motor sequences in raw units, of `num_steps` commands each (T)."""
         if num_steps is None:
             num_steps = jnp.full(motors.shape[0], motors.shape[1])
-        return _encode(self.model, motors, num_steps)
+        return _encode(self.model, jnp.asarray(motors), jnp.asarray(num_steps))
 
     def predict(self, experience: Experience) -> Float[Array, "N K"]:
         """Expected sensors after each transition's motor sequence, raw units."""

@@ -1,6 +1,7 @@
 """Figures that are drawn, tables that say what they were given, a page that loads nothing."""
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from motorspace import ForwardAgent, RangeFan, layout, rollout
@@ -13,7 +14,7 @@ RNG = np.random.default_rng(0)
 def test_every_figure_becomes_a_png():
     world, agent = layout("paper"), ForwardAgent()
     start = world.place(key=jax.random.key(0))
-    path = rollout(world, agent, start, np.ones((4, 2), np.float32))
+    path = rollout(world, agent, start, jnp.ones((4, 2)))
     displacements = RNG.uniform(-1, 1, (200, 3))
     rows = [("a run", RNG.normal(size=(200, 3)), displacements)]
     drawn = [

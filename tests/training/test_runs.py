@@ -65,7 +65,7 @@ from tests.training.test_runs import CONFIG, trained
 from motorspace.training import runs
 from dataclasses import replace
 runs.CHECKPOINT_SECONDS = 0.0
-long = replace(CONFIG, training=replace(CONFIG.training, epochs=400))
+long = replace(CONFIG, training=replace(CONFIG.training, epochs=120))
 trained(Path(sys.argv[1]), long, resume=True)
 """
 
@@ -85,8 +85,9 @@ def test_a_killed_run_resumes_to_the_same_bytes(tmp_path):
                 break
             time.sleep(0.002)
         assert process.wait() == -signal.SIGKILL
+    (parted / "weights.safetensors.1.part").write_bytes(b"half of it")
     subprocess.run(command, env=environment, cwd=root, check=True)
-    long = replace(CONFIG, training=replace(CONFIG.training, epochs=400))
+    long = replace(CONFIG, training=replace(CONFIG.training, epochs=120))
     trained(whole, long)
     for name in ("weights.safetensors", "log.jsonl"):
         assert (parted / name).read_bytes() == (whole / name).read_bytes()
