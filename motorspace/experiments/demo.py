@@ -27,8 +27,8 @@ from motorspace.training import (
 )
 from motorspace.trajectories import sample
 
-EPOCHS = 250
-ORACLE_EPOCHS = 250
+EPOCHS = 200
+ORACLE_EPOCHS = 200
 NUM_TEST = 20_000
 
 
