@@ -117,7 +117,7 @@ def robot_probes(rows: list[Row]) -> list[Row]:
 
 def targets(rows: list[Row]) -> list[Row]:
     """Every claim with its target."""
-    columns = ("claim", "measured", "interval", "target", "holds", "reason")
+    columns = ("claim", "epochs", "seeds", "measured", "interval", "target", "holds", "reason")
     return [
         {c: row.get(c) for c in columns}
         | {"interval": "{:.3g} to {:.3g}".format(*row["interval"])}

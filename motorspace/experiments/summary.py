@@ -96,8 +96,10 @@ def _table_claims(cells: list[Row]) -> list[Row]:
     made = []
     for cell in cells:
         name = f"{cell['agent']}, r = {cell['rotation']} pi"
+        scope = {"epochs": cell["epochs"], "seeds": cell["model"]["seeds"]}
         if cell["to_oracle"]:
-            made.append(_claim(f"{name}: error over its oracle's", cell["to_oracle"], most=1.10))
+            claim = _claim(f"{name}: error over its oracle's", cell["to_oracle"], most=1.10)
+            made.append(claim | scope)
         worst = cell["model"]["high"] / cell["mean"]
         made.append(
             _claim(
@@ -105,6 +107,7 @@ def _table_claims(cells: list[Row]) -> list[Row]:
                 {"mean": worst, "low": worst, "high": worst},
                 most=0.85,
             )
+            | scope
         )
     return made
 
@@ -115,7 +118,9 @@ def _lattice_claims(kinds: list[Row]) -> list[Row]:
         if kind["part"] != "model":
             continue
         name = kind["name"]
-        made.append(_claim(f"{name}: accuracy over every case", kind["accuracy"], least=1.0))
+        scope = {"epochs": kind["epochs"], "seeds": kind["accuracy"]["seeds"]}
+        exact = _claim(f"{name}: accuracy over every case", kind["accuracy"], least=1.0)
+        made.append(exact | scope)
         if name == "lattice/with-inverse":
             for component in ("longitudinal", "lateral"):
                 made.append(
@@ -124,6 +129,7 @@ def _lattice_claims(kinds: list[Row]) -> list[Row]:
                         kind["r2_from_components"]["3"][component],
                         least=0.9,
                     )
+                    | scope
                 )
     return made
 
@@ -138,7 +144,8 @@ def _robot_claims(robots: list[Row]) -> list[Row]:
             ("the no-motor model's", blind, 0.85),
         ):
             ratio = {k: robot["model"][k] / value for k in ("mean", "low", "high")}
-            made.append(_claim(f"{robot['recording']}: error over {reference}", ratio, most=most))
+            claim = _claim(f"{robot['recording']}: error over {reference}", ratio, most=most)
+            made.append(claim | {"seeds": robot["seeds"]})
     return made
 
 
