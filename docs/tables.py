@@ -164,8 +164,8 @@ def filled() -> dict[Path, str]:
 
 
 if __name__ == "__main__":
-    stale = [path for path, text in filled().items() if path.read_text() != text]
+    stale = {path: text for path, text in filled().items() if path.read_text() != text}
     if "--check" in sys.argv and stale:
-        sys.exit("not made from the results: " + ", ".join(p.name for p in stale))
-    for path, text in filled().items():
+        sys.exit("not made from the results: " + ", ".join(path.name for path in stale))
+    for path, text in stale.items():
         write_atomically(path, text.encode())

@@ -7,6 +7,7 @@ from pathlib import Path
 from statistics import fmean
 from typing import Any
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -21,7 +22,7 @@ from motorspace.analysis.baselines import (
 from motorspace.analysis.probes import COMPONENTS, displacement_targets, linear_probe
 from motorspace.models import ModelConfig, Scaling
 from motorspace.training import Run, RunConfig, SimulationConfig, TrainingConfig, load_run, train
-from motorspace.trajectories import Displacements, Experience, Trajectories
+from motorspace.trajectories import Trajectories
 from motorspace.trajectories.logs import Recording, read_log, split_blocks, windows
 
 NUM_BLOCKS = 20
@@ -110,13 +111,9 @@ def _split(
 
 def _padded(part: Trajectories, horizon: int) -> Trajectories:
     """The same trajectories, their motor sequences padded with zeros to one horizon."""
-    experience = part.experience
-    missing = horizon - experience.motors.shape[1]
-    motors = jnp.pad(experience.motors, ((0, 0), (0, missing), (0, 0)))
-    return Trajectories(
-        Experience(experience.sensors, motors, experience.num_steps, experience.later_sensors),
-        Displacements(*part.displacements),
-    )
+    motors = part.experience.motors
+    padded = jnp.pad(motors, ((0, 0), (0, horizon - motors.shape[1]), (0, 0)))
+    return eqx.tree_at(lambda t: t.experience.motors, part, padded)
 
 
 def robot_results(
