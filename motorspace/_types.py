@@ -1,4 +1,8 @@
-"""The vocabulary of the package: every array type once, with its shape and unit."""
+"""The vocabulary of the package: every array type once, with its shape and unit.
+
+`*batch` is one agent (no axis) or many: the simulator keeps agents in the last axes, so that
+one operation runs over all of them side by side.
+"""
 
 from collections.abc import Callable
 from typing import Literal
@@ -10,26 +14,29 @@ from jaxtyping import Key as KeyArray
 Key = PRNGKeyArray
 """An explicit source of randomness."""
 
-Keys = KeyArray[Array, " N"]
-"""One source of randomness each for N of a kind."""
+Keys = KeyArray[Array, "*batch"]
+"""One source of randomness each for many of a kind."""
 
 Scalar = Float[Array, ""]
 Flag = Bool[Array, ""]
 Count = Int[Array, ""]
 
-Motor = Float[Array, " M"]
+Flags = Bool[Array, "*batch"]
+Counts = Int[Array, "*batch"]
+
+Motor = Float[Array, "M *batch"]
 """Motor command m of one time step, in the agent's own units."""
 
-Motors = Float[Array, "T M"]
+Motors = Float[Array, "T M *batch"]
 """Motor sequence: T commands in a row; T is the horizon."""
 
-Sensors = Float[Array, " K"]
+Sensors = Float[Array, "K *batch"]
 """What the agent senses at one time, in raw units (the paper's s_t)."""
 
 Code = Float[Array, " C"]
 """Representation of a motor sequence (the paper's h^m)."""
 
-Displacement = Float[Array, "3"]
+Displacement = Float[Array, "3 *batch"]
 """(longitudinal, lateral, orientation change) in the frame of the part that carries the
 sensors, at the start; world units, world units, radians in (-pi, pi]."""
 

@@ -83,9 +83,9 @@ def table_jobs(budget: Budget, *, seeds: int, parts: tuple[Part, ...]) -> list[J
             part,
         )
         for seed in range(seeds)
-        for part in parts
         for rotation in ROTATIONS
         for agent in ("forward", "holonomic")
+        for part in parts
     ]
 
 

@@ -7,16 +7,14 @@ import jax
 import jax.numpy as jnp
 
 from motorspace._errors import UserError
-from motorspace._types import Collision, Count, Key, Pose
+from motorspace._types import Collision, Count, Key, Keys
 from motorspace.trajectories.trajectories import Displacements, Experience, Trajectories
 from motorspace.worlds.agents import AbstractAgent
+from motorspace.worlds.exploration import explore
 from motorspace.worlds.geometry import relative
 from motorspace.worlds.sensors import AbstractSensor
-from motorspace.worlds.simulation import explore, nominal_displacement
+from motorspace.worlds.simulation import nominal_displacement
 from motorspace.worlds.world import AbstractWorld
-
-NUM_STARTS = 4
-"""Places that a trajectory may begin at: the later ones are for agents that get stuck."""
 
 CHUNK_SIZE = 8192
 """Trajectories simulated at once: memory stays bounded however many are asked for."""
@@ -76,35 +74,27 @@ def simulate(
 ) -> Trajectories:
     """What `sample` returns, compiled; the shortest and longest length may be traced."""
 
-    def begin(key: Key) -> Pose:
-        place_key, head_key = jax.random.split(key)
-        return agent.start(world.place(key=place_key), key=head_key)
-
-    def one(key: Key) -> Trajectories:
-        start_key, steps_key, motor_key = jax.random.split(key, 3)
-        starts = jax.vmap(begin)(jax.random.split(start_key, NUM_STARTS))
-        num_steps = jax.random.randint(steps_key, (), lengths[0], lengths[1] + 1)
+    def run(keys: Keys) -> Trajectories:
+        steps_keys, keys = jnp.moveaxis(jax.vmap(jax.random.split)(keys), 1, 0)
+        share = jax.vmap(jax.random.uniform)(steps_keys)
+        num_steps = lengths[0] + jnp.floor(share * (lengths[1] - lengths[0] + 1)).astype(int)
         done = explore(
-            world,
-            agent,
-            starts,
-            num_steps=num_steps,
-            horizon=plan.horizon,
-            collision=plan.collision,
-            key=motor_key,
+            world, agent, num_steps, horizon=plan.horizon, collision=plan.collision, keys=keys
         )
-        start = jax.tree.map(lambda field: field[done.attempt], starts)
+        nominal = nominal_displacement(agent, done.start, done.motors, done.steps_done)
+        achieved = relative(done.start, done.pose)
         experience = Experience(
-            sensors=sensor.sense(world, start),
-            motors=done.motors,
+            sensors=sensor.sense(world, done.start).T,
+            motors=jnp.moveaxis(done.motors, -1, 0),
             num_steps=done.steps_done,
-            later_sensors=sensor.sense(world, done.pose),
+            later_sensors=sensor.sense(world, done.pose).T,
         )
-        displacements = Displacements(
-            nominal=nominal_displacement(agent, start, done.motors, done.steps_done),
-            achieved=relative(start, done.pose),
-        )
-        return Trajectories(experience, displacements)
+        return Trajectories(experience, Displacements(nominal.T, achieved.T))
 
     keys = jax.random.split(key, plan.num)
-    return jax.lax.map(one, keys, batch_size=min(CHUNK_SIZE, plan.num))
+    if plan.num <= CHUNK_SIZE:
+        return run(keys)
+    num_chunks = -(-plan.num // CHUNK_SIZE)
+    chunks = jnp.resize(keys, (num_chunks, CHUNK_SIZE))
+    drawn = jax.lax.map(run, chunks)
+    return jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:])[: plan.num], drawn)

@@ -7,13 +7,17 @@ from typing import Literal
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from motorspace._types import Key, Motor, Pose
 from motorspace.worlds.geometry import advance, wrap
 
 
 class AbstractAgent(eqx.Module):
-    """What a body must answer. Commands are in the agent's own units (radians, world units)."""
+    """What a body must answer. Commands are in the agent's own units (radians, world units).
+
+    `start` and `draw` answer for one agent; `move` and `turn` for one or for any batch.
+    """
 
     @property
     @abc.abstractmethod
@@ -116,16 +120,21 @@ class LatticeAgent(AbstractAgent):
         return place
 
     def draw(self, *, key: Key) -> Motor:
-        return jax.nn.one_hot(jax.random.randint(key, (), 0, 6), 6)
+        return jax.nn.one_hot(jnp.floor(jax.random.uniform(key, maxval=6.0)).astype(int), 6)
 
     def move(self, pose: Pose, motor: Motor) -> tuple[Pose, ...]:
         turned = self.turn(pose, motor)
-        move = motor @ jnp.array([0.0, 1.0] * 3)
+        move = _weighted((0.0, 1.0) * 3, motor)
         ahead = advance(turned, move, jnp.zeros_like(move))
         # Nodes are whole numbers: rounding keeps long walks on the lattice.
         return (Pose(jnp.round(ahead.x), jnp.round(ahead.y), ahead.heading, ahead.head),)
 
     def turn(self, pose: Pose, motor: Motor) -> Pose:
-        quarters = motor @ jnp.array([-1.0, -1.0, 0.0, 0.0, 1.0, 1.0])
+        quarters = _weighted((-1.0, -1.0, 0.0, 0.0, 1.0, 1.0), motor)
         heading = wrap(pose.heading + quarters * jnp.pi / 2)
         return Pose(pose.x, pose.y, jnp.round(heading * 2 / jnp.pi) * jnp.pi / 2, pose.head)
+
+
+def _weighted(weights: tuple[float, ...], motor: Motor) -> Float[Array, "*batch"]:
+    """The channels of a command added up."""
+    return jnp.tensordot(jnp.array(weights), motor, axes=1)

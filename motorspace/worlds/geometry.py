@@ -1,21 +1,31 @@
 """Plane geometry on arrays: angles, displacements in SE(2), walls and rays."""
 
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
+
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from motorspace._types import Displacement, Flag, Pose, Scalar, Walls
+from motorspace._types import Displacement, Pose, Walls
+
+Batch = Float[Array, "*batch"]
+Carry = TypeVar("Carry")
+
+UNROLL = 8
+"""Walls per turn of the loop over walls."""
 
 MARGIN = 1e-3
 """Half the thickness of a wall in world units. It dwarfs the rounding of float32 (4e-6 at
 40 units), so that a move accepted here crosses no wall in exact arithmetic either."""
 
 
-def wrap(angle: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
+def wrap(angle: Batch) -> Batch:
     """The same angle in (-pi, pi], radians."""
     return jnp.pi - jnp.mod(jnp.pi - angle, 2 * jnp.pi)
 
 
-def advance(pose: Pose, longitudinal: Scalar, lateral: Scalar) -> Pose:
+def advance(pose: Pose, longitudinal: Batch, lateral: Batch) -> Pose:
     """The pose after a translation in the body's own frame, world units."""
     cos, sin = jnp.cos(pose.heading), jnp.sin(pose.heading)
     return Pose(
@@ -52,55 +62,74 @@ def inverse(displacement: Displacement) -> Displacement:
     return jnp.stack([-cos * dx - sin * dy, sin * dx - cos * dy, wrap(-turn)])
 
 
-def touches(walls: Walls, x: Scalar, y: Scalar) -> Flag:
-    """Whether a point lies within two margins of any wall; O(walls).
+class WallFrame(NamedTuple):
+    """A wall as a frame of its own: its middle, the direction along it, half its length."""
 
-    The second margin keeps an accepted end point outside the thickness that `crosses` tests
-    at the next step, however it is rounded.
+    x: Float[Array, "*S"]
+    y: Float[Array, "*S"]
+    along_x: Float[Array, "*S"]
+    along_y: Float[Array, "*S"]
+    half: Float[Array, "*S"]
+
+    def locate(self, x: Batch, y: Batch) -> tuple[Batch, Batch]:
+        """Coordinates of points along and across the wall, from its middle."""
+        dx, dy = x - self.x, y - self.y
+        return self.along_x * dx + self.along_y * dy, self.along_x * dy - self.along_y * dx
+
+
+def least_gap(walls: Walls, gap: Callable[[WallFrame], Batch]) -> Batch:
+    """The smallest of `gap` over all walls; O(walls)."""
+    middle, half_span = (walls[:, 0] + walls[:, 1]) / 2, (walls[:, 1] - walls[:, 0]) / 2
+    half = jnp.hypot(half_span[:, 0], half_span[:, 1])
+    along = half_span / half[:, None]
+    frames = WallFrame(middle[:, 0], middle[:, 1], along[:, 0], along[:, 1], half)
+    shape = jax.eval_shape(gap, jax.tree.map(lambda field: field[0], frames)).shape
+    nothing_near = jnp.full(shape, jnp.inf)
+    return _over_walls(lambda least, wall: jnp.minimum(least, gap(wall)), nothing_near, frames)
+
+
+def gap_to_point(wall: WallFrame, x: Batch, y: Batch) -> Batch:
+    """Above zero for points that are more than two margins away from a wall.
+
+    The second margin keeps an accepted end point outside the thickness that `gap_to_move`
+    tests at the next step, however it is rounded.
     """
-    along, across, half = _in_wall_frame(walls, x, y)
+    along, across = wall.locate(x, y)
     reach = 2 * MARGIN
-    return jnp.any((jnp.abs(along) < half + reach) & (jnp.abs(across) < reach))
+    return jnp.maximum(jnp.abs(along) - (wall.half + reach), jnp.abs(across) - reach)
 
 
-def crosses(walls: Walls, start: Pose, end: Pose) -> Flag:
-    """Whether a straight move meets any wall, taken one margin thick on every side; O(walls).
+def gap_to_move(wall: WallFrame, start: Pose, end: Pose) -> Batch:
+    """Above zero for straight moves that miss a wall, taken one margin thick on every side.
 
     A move misses a wall's box when one of three axes separates them: along the wall, across
     it, or across the move (separating axis theorem; Gottschalk, Lin and Manocha, 1996).
     """
-    a0, b0, half = _in_wall_frame(walls, start.x, start.y)
-    a1, b1, _ = _in_wall_frame(walls, end.x, end.y)
-    da, db, length = a1 - a0, b1 - b0, half + MARGIN
-    apart_along = jnp.abs(a0 + a1) > 2 * length + jnp.abs(da)
-    apart_across = jnp.abs(b0 + b1) > 2 * MARGIN + jnp.abs(db)
-    apart_sideways = jnp.abs(a0 * db - b0 * da) > length * jnp.abs(db) + MARGIN * jnp.abs(da)
-    return jnp.any(~(apart_along | apart_across | apart_sideways))
+    a0, b0 = wall.locate(start.x, start.y)
+    a1, b1 = wall.locate(end.x, end.y)
+    da, db, length = a1 - a0, b1 - b0, wall.half + MARGIN
+    along = jnp.abs(a0 + a1) - (2 * length + jnp.abs(da))
+    across = jnp.abs(b0 + b1) - (2 * MARGIN + jnp.abs(db))
+    sideways = jnp.abs(a0 * db - b0 * da) - (length * jnp.abs(db) + MARGIN * jnp.abs(da))
+    return jnp.maximum(jnp.maximum(along, across), sideways)
 
 
-def _in_wall_frame(
-    walls: Walls, x: Scalar, y: Scalar
-) -> tuple[Float[Array, " S"], Float[Array, " S"], Float[Array, " S"]]:
-    """Coordinates of a point along and across every wall from its middle; half lengths."""
-    middle, half_span = (walls[:, 0] + walls[:, 1]) / 2, (walls[:, 1] - walls[:, 0]) / 2
-    half = jnp.hypot(half_span[:, 0], half_span[:, 1])
-    ux, uy = half_span[:, 0] / half, half_span[:, 1] / half
-    dx, dy = x - middle[:, 0], y - middle[:, 1]
-    return ux * dx + uy * dy, ux * dy - uy * dx, half
+def inside(edges: Walls, x: Batch, y: Batch) -> Bool[Array, "*batch"]:
+    """Whether points lie inside the closed polygons drawn by `edges` (even-odd rule)."""
 
+    def cross(side: Batch, edge: Float[Array, "2 2"]) -> Batch:
+        """`side` changes its sign with every edge to the right of the point."""
+        (x0, y0), (x1, y1) = edge
+        rise = jnp.where(y1 == y0, 1.0, y1 - y0)
+        right = x0 + (y - y0) * ((x1 - x0) / rise) > x
+        return jnp.where(((y0 > y) != (y1 > y)) & right, -side, side)
 
-def inside(edges: Walls, x: Scalar, y: Scalar) -> Flag:
-    """Whether a point lies inside the closed polygons drawn by `edges` (even-odd rule)."""
-    (x0, y0), (x1, y1) = (edges[:, 0, 0], edges[:, 0, 1]), (edges[:, 1, 0], edges[:, 1, 1])
-    straddles: Bool[Array, " S"] = (y0 > y) != (y1 > y)
-    rise = jnp.where(y1 == y0, 1.0, y1 - y0)
-    right = x0 + (y - y0) / rise * (x1 - x0) > x
-    return jnp.sum(straddles & right) % 2 == 1
+    return _over_walls(cross, jnp.ones(x.shape), edges) < 0
 
 
 def cast(
-    walls: Walls, x: Scalar, y: Scalar, angles: Float[Array, " K"], max_range: float
-) -> Float[Array, " K"]:
+    walls: Walls, x: Batch, y: Batch, angles: Float[Array, "K *batch"], max_range: float
+) -> Float[Array, "K *batch"]:
     """Distance to the first wall along each ray, at most `max_range`; O(rays x walls).
 
     A ray's line meets a wall when its end points lie on both sides of it: s_a, s_b, the
@@ -109,14 +138,34 @@ def cast(
     interpolated between the ends, so that its error stays small when the wall is seen
     nearly edge-on.
     """
-    cos, sin = jnp.cos(angles)[:, None], jnp.sin(angles)[:, None]
-    dx, dy = walls[:, :, 0] - x, walls[:, :, 1] - y
-    side_a = cos * dy[None, :, 0] - sin * dx[None, :, 0]
-    side_b = cos * dy[None, :, 1] - sin * dx[None, :, 1]
-    ahead_a = cos * dx[None, :, 0] + sin * dy[None, :, 0]
-    ahead_b = cos * dx[None, :, 1] + sin * dy[None, :, 1]
-    between = (side_a >= 0) != (side_b >= 0)
-    share = side_a / jnp.where(between, side_a - side_b, 1.0)
-    distance = ahead_a + share * (ahead_b - ahead_a)
-    hit = between & (distance >= 0)
-    return jnp.min(jnp.where(hit, distance, max_range), axis=1, initial=max_range)
+    cos, sin = jnp.cos(angles), jnp.sin(angles)
+
+    def nearer(
+        nearest: Float[Array, "K *batch"], wall: Float[Array, "2 2"]
+    ) -> Float[Array, "K *batch"]:
+        (ax, ay), (bx, by) = wall
+        side_a = cos * (ay - y) - sin * (ax - x)
+        side_b = cos * (by - y) - sin * (bx - x)
+        ahead_a = cos * (ax - x) + sin * (ay - y)
+        ahead_b = cos * (bx - x) + sin * (by - y)
+        between = (side_a >= 0) != (side_b >= 0)
+        share = side_a / jnp.where(between, side_a - side_b, 1.0)
+        distance = ahead_a + share * (ahead_b - ahead_a)
+        hit = between & (distance >= 0)
+        return jnp.where(hit, jnp.minimum(distance, nearest), nearest)
+
+    return _over_walls(nearer, jnp.full(angles.shape, max_range), walls)
+
+
+def _over_walls(visit: Callable[[Carry, Any], Carry], start: Carry, walls: Any) -> Carry:
+    """Fold `visit` over the walls, all agents at once.
+
+    One wall at a time keeps every array as long as there are agents; a loop, rather than one
+    expression, makes the compiler compute what `visit` closes over once and not per wall. The
+    carry holds floats, since mixing them with flags keeps a loop from being vectorised.
+    """
+
+    def advance(found: Carry, wall: Any) -> tuple[Carry, None]:
+        return visit(found, wall), None
+
+    return jax.lax.scan(advance, start, walls, unroll=UNROLL)[0]

@@ -22,6 +22,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from motorspace._errors import UserError
+from motorspace._types import Pose
 from motorspace.worlds.world import WalledWorld
 
 Point = tuple[float, float]
@@ -242,7 +243,8 @@ def _checked(layout: Layout, where: str) -> Layout:
     grid = jnp.stack(
         jnp.meshgrid(jnp.linspace(x_low, x_high, 66)[1:-1], jnp.linspace(y_low, y_high, 66)[1:-1])
     ).reshape(2, -1)
-    share = float(jax.vmap(world.free)(grid[0], grid[1]).mean())
+    x, y, zero = *grid, jnp.zeros(grid.shape[1])
+    share = float(world.free(Pose(x, y, zero, zero)).mean())
     if share < MIN_FREE_SHARE:
         raise UserError(
             f"an agent finds no free place to start (only {share:.0%} of the area is free)",

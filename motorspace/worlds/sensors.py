@@ -24,7 +24,7 @@ class AbstractSensor(eqx.Module, Generic[World]):
 
     @abc.abstractmethod
     def sense(self, world: World, pose: Pose) -> Sensors:
-        """The sensors' values at a pose, raw units."""
+        """The sensors' values at a pose or a batch of poses, raw units."""
 
 
 class RangeFan(AbstractSensor[WalledWorld]):
@@ -46,9 +46,10 @@ class RangeFan(AbstractSensor[WalledWorld]):
 
     def sense(self, world: WalledWorld, pose: Pose) -> Sensors:
         half = self.field_of_view / 2
-        angles = pose.gaze + jnp.linspace(-half, half, self.num_rays)
+        fan = jnp.linspace(-half, half, self.num_rays)
+        angles = fan.reshape(-1, *(1,) * pose.x.ndim) + pose.gaze
         ranges = cast(world.walls, pose.x, pose.y, angles, self.max_range)
-        return jnp.append(ranges, pose.head) if self.sense_head else ranges
+        return jnp.concatenate([ranges, pose.head[None]]) if self.sense_head else ranges
 
 
 class NodeIndex(AbstractSensor[LatticeWorld]):
@@ -60,4 +61,6 @@ class NodeIndex(AbstractSensor[LatticeWorld]):
     def sense(self, world: LatticeWorld, pose: Pose) -> Sensors:
         node = jnp.round(pose.y * world.width + pose.x).astype(int)
         quarter = jnp.mod(jnp.round(pose.gaze * 2 / jnp.pi).astype(int), 4)
-        return jnp.concatenate([jax.nn.one_hot(node, world.num_nodes), jax.nn.one_hot(quarter, 4)])
+        return jnp.concatenate(
+            [jax.nn.one_hot(node, world.num_nodes, axis=0), jax.nn.one_hot(quarter, 4, axis=0)]
+        )

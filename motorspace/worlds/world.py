@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from motorspace._types import Flag, Key, Pose, Scalar, Walls
+from motorspace._types import Count, Flag, Flags, Key, Pose, Walls
 from motorspace.worlds import geometry
 
 START_ATTEMPTS = 256
@@ -17,12 +17,30 @@ class AbstractWorld(eqx.Module):
     """What a place must answer."""
 
     @abc.abstractmethod
-    def place(self, *, key: Key) -> Pose:
-        """A free position and a heading, drawn uniformly; the head looks ahead."""
+    def draw(self, *, key: Key) -> Pose:
+        """A position in the bounds and a heading, drawn uniformly; the head looks ahead."""
 
     @abc.abstractmethod
-    def blocked(self, start: Pose, end: Pose) -> Flag:
-        """Whether the straight move from `start` to `end` is forbidden."""
+    def free(self, pose: Pose) -> Flags:
+        """Whether an agent may stand at a pose, for one or a batch."""
+
+    def place(self, *, key: Key) -> Pose:
+        """A free pose, drawn uniformly."""
+
+        def again(carry: tuple[Count, Pose]) -> Flag:
+            attempt, pose = carry
+            return ~self.free(pose) & (attempt < START_ATTEMPTS)
+
+        def redraw(carry: tuple[Count, Pose]) -> tuple[Count, Pose]:
+            attempt = carry[0] + 1
+            return attempt, self.draw(key=jax.random.fold_in(key, attempt))
+
+        first = (jnp.zeros((), jnp.int32), self.draw(key=jax.random.fold_in(key, 0)))
+        return jax.lax.while_loop(again, redraw, first)[1]
+
+    @abc.abstractmethod
+    def blocked(self, start: Pose, end: Pose) -> Flags:
+        """Whether the straight move from `start` to `end` is forbidden, for one or a batch."""
 
 
 class WalledWorld(AbstractWorld):
@@ -37,38 +55,25 @@ class WalledWorld(AbstractWorld):
     solids: Float[Array, "E 2 2"]
     bounds: tuple[float, float, float, float] = eqx.field(static=True)
 
-    def free(self, x: Scalar, y: Scalar) -> Flag:
-        """Whether an agent may stand at a point."""
+    def draw(self, *, key: Key) -> Pose:
         x_low, y_low, x_high, y_high = self.bounds
-        in_bounds = (x > x_low) & (x < x_high) & (y > y_low) & (y < y_high)
-        in_the_open = ~geometry.touches(self.walls, x, y) & ~geometry.inside(self.solids, x, y)
-        return in_bounds & in_the_open
-
-    def place(self, *, key: Key) -> Pose:
-        x_low, y_low, x_high, y_high = self.bounds
-        low, high = jnp.array([x_low, y_low]), jnp.array([x_high, y_high])
-        attempts_key, heading_key = jax.random.split(key)
-
-        def draw(attempt: Array) -> Float[Array, "2"]:
-            return jax.random.uniform(
-                jax.random.fold_in(attempts_key, attempt), (2,), minval=low, maxval=high
-            )
-
-        def again(carry: tuple[Array, Array]) -> Flag:
-            attempt, point = carry
-            return ~self.free(point[0], point[1]) & (attempt < START_ATTEMPTS)
-
-        def redraw(carry: tuple[Array, Array]) -> tuple[Array, Array]:
-            attempt, _ = carry
-            return attempt + 1, draw(attempt + 1)
-
-        first = jnp.zeros((), jnp.int32)
-        _, (x, y) = jax.lax.while_loop(again, redraw, (first, draw(first)))
-        heading = jax.random.uniform(heading_key, minval=-jnp.pi, maxval=jnp.pi)
+        low, high = jnp.array([x_low, y_low, -jnp.pi]), jnp.array([x_high, y_high, jnp.pi])
+        x, y, heading = jax.random.uniform(key, (3,), minval=low, maxval=high)
         return Pose(x, y, heading, jnp.zeros_like(x))
 
-    def blocked(self, start: Pose, end: Pose) -> Flag:
-        return geometry.crosses(self.walls, start, end) | geometry.touches(self.walls, end.x, end.y)
+    def free(self, pose: Pose) -> Flags:
+        x_low, y_low, x_high, y_high = self.bounds
+        x, y = pose.x, pose.y
+        in_bounds = (x > x_low) & (x < x_high) & (y > y_low) & (y < y_high)
+        gap = geometry.least_gap(self.walls, lambda wall: geometry.gap_to_point(wall, x, y))
+        return in_bounds & (gap > 0) & ~geometry.inside(self.solids, x, y)
+
+    def blocked(self, start: Pose, end: Pose) -> Flags:
+        def gap(wall: geometry.WallFrame) -> Float[Array, "*batch"]:
+            move = geometry.gap_to_move(wall, start, end)
+            return jnp.minimum(move, geometry.gap_to_point(wall, end.x, end.y))
+
+        return geometry.least_gap(self.walls, gap) <= 0
 
 
 class LatticeWorld(AbstractWorld):
@@ -84,14 +89,15 @@ class LatticeWorld(AbstractWorld):
     def num_nodes(self) -> int:
         return self.width * self.height
 
-    def place(self, *, key: Key) -> Pose:
-        x_key, y_key, heading_key = jax.random.split(key, 3)
-        x = jax.random.randint(x_key, (), 0, self.width).astype(float)
-        y = jax.random.randint(y_key, (), 0, self.height).astype(float)
-        quarters = jax.random.randint(heading_key, (), -1, 3).astype(float)
+    def draw(self, *, key: Key) -> Pose:
+        low, high = jnp.array([0.0, 0.0, -1.0]), jnp.array([self.width, self.height, 3.0])
+        x, y, quarters = jnp.floor(jax.random.uniform(key, (3,), minval=low, maxval=high))
         return Pose(x, y, quarters * jnp.pi / 2, jnp.zeros_like(x))
 
-    def blocked(self, start: Pose, end: Pose) -> Flag:
+    def free(self, pose: Pose) -> Flags:
+        return jnp.ones(pose.x.shape, bool)
+
+    def blocked(self, start: Pose, end: Pose) -> Flags:
         del start
         # Half a unit of slack: positions are whole numbers up to rounding.
         outside_x = (end.x < -0.5) | (end.x > self.width - 0.5)

@@ -14,11 +14,12 @@ from motorspace.worlds.geometry import (
     advance,
     cast,
     compose,
-    crosses,
+    gap_to_move,
+    gap_to_point,
     inside,
     inverse,
+    least_gap,
     relative,
-    touches,
     wrap,
 )
 
@@ -104,9 +105,7 @@ def test_cast_agrees_with_shapely(name):
     world, rng = layout(name), np.random.default_rng(1)
     origins = rng.uniform(1, 39, (400, 2)).astype(np.float32)
     angles = rng.uniform(-np.pi, np.pi, 400).astype(np.float32)
-    found = jax.vmap(lambda o, a: cast(world.walls, o[0], o[1], a[None], 10.0)[0])(
-        jnp.asarray(origins), jnp.asarray(angles)
-    )
+    found = cast(world.walls, *jnp.asarray(origins.T), jnp.asarray(angles)[None], 10.0)[0]
     walls = np.asarray(world.walls, np.float64)
     expected = [
         range_by_shapely(walls, o, a, 10.0)
@@ -144,31 +143,33 @@ def test_rays_behind_and_beyond_the_range_read_the_range():
 
 whole = st.integers(-8, 8).map(lambda v: v / 4)
 corner = st.tuples(whole, whole)
-COMPILED_CROSSES = jax.jit(crosses)
+GAP_TO_MOVE = jax.jit(
+    lambda walls, start, end: least_gap(walls, lambda wall: gap_to_move(wall, start, end))
+)
 
 
 @settings(max_examples=300, deadline=None)
 @given(corner, corner, corner, corner, st.floats(-2e-3, 2e-3))
-def test_crosses_agrees_with_shapely(a, b, start, end, nudge):
+def test_gaps_to_moves_agree_with_shapely(a, b, start, end, nudge):
     """On a coarse grid touching, collinear and degenerate cases are common."""
     if a == b:
         return
     end = (end[0] + nudge, end[1])
-    found = COMPILED_CROSSES(jnp.array([[a, b]]), point(*start), point(*end))
+    crossed = GAP_TO_MOVE(jnp.array([[a, b]]), point(*start), point(*end)) <= 0
     distance = shapely.distance(
         shapely.LineString([a, b]), shapely.LineString([start, np.float32(end)])
     )
     if distance == 0:
-        assert found
+        assert crossed
     if distance > 1.5 * MARGIN:
-        assert not found
+        assert not crossed
 
 
-def test_touches_and_inside():
+def test_gaps_to_points_and_inside():
     square = [(0, 0), (2, 0), (2, 2), (0, 2)]
     edges = jnp.array([*zip(square, square[1:] + square[:1], strict=True)], float)
-    assert touches(edges, jnp.float32(2 + MARGIN), jnp.float32(1))
-    assert not touches(edges, jnp.float32(2 + 3 * MARGIN), jnp.float32(1))
-    assert inside(edges, jnp.float32(0.1), jnp.float32(1.9))
-    assert not inside(edges, jnp.float32(2.1), jnp.float32(1))
-    assert not inside(edges, jnp.float32(-1), jnp.float32(1))
+    x, y = jnp.array([2 + MARGIN, 2 + 3 * MARGIN]), jnp.ones(2)
+    gaps = least_gap(edges, lambda wall: gap_to_point(wall, x, y))
+    np.testing.assert_array_equal(gaps > 0, [False, True])
+    x, y = jnp.array([0.1, 2.1, -1.0]), jnp.array([1.9, 1.0, 1.0])
+    np.testing.assert_array_equal(inside(edges, x, y), [True, False, False])

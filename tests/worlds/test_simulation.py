@@ -20,8 +20,9 @@ from motorspace import (
     layout_names,
     rollout,
 )
-from motorspace.worlds import step
-from motorspace.worlds.simulation import explore, nominal_displacement
+from motorspace.worlds import Layout, step
+from motorspace.worlds.exploration import MAX_REFUSALS, explore
+from motorspace.worlds.simulation import nominal_displacement
 
 NUM, STEPS = 128, 24
 AGENTS = {"forward": ForwardAgent(), "holonomic": HolonomicAgent()}
@@ -59,23 +60,12 @@ def paths(before, after, headings, motors):
 
 @eqx.filter_jit
 def explorations(world, agent, collision, keys):
-    """Poses, commands and final poses of many explorations."""
-
-    def one(key):
-        place_key, motor_key = jax.random.split(key)
-        start = world.place(key=place_key)
-        done = explore(
-            world,
-            agent,
-            jax.tree.map(lambda field: field[None], start),
-            num_steps=jnp.array(STEPS),
-            horizon=STEPS,
-            collision=collision,
-            key=motor_key,
-        )
-        return rollout(world, agent, start, done.motors), done
-
-    return jax.vmap(one)(keys)
+    """Poses along many explorations, fields of shape [N, T + 1], and the explorations."""
+    done = explore(
+        world, agent, jnp.full(len(keys), STEPS), horizon=STEPS, collision=collision, keys=keys
+    )
+    poses = rollout(world, agent, done.start, done.motors)
+    return jax.tree.map(jnp.transpose, poses), done
 
 
 @pytest.mark.parametrize("name", [*layout_names(), "rooms:1", "rooms:2"])
@@ -87,9 +77,8 @@ def test_no_executed_move_crosses_a_wall(name, agent):
     places = np.stack([poses.x, poses.y], axis=-1)
     before, after = places[:, :-1], places[:, 1:]
     moved = (before != after).any(-1)
-    legs = paths(
-        before[moved], after[moved], poses.heading[:, 1:][moved], np.asarray(done.motors)[moved]
-    )
+    commands = np.moveaxis(np.asarray(done.motors), -1, 0)
+    legs = paths(before[moved], after[moved], poses.heading[:, 1:][moved], commands[moved])
     walls = obstacles(world)
     shapely.prepare(walls)
     assert not shapely.intersects(walls, legs).any()
@@ -108,6 +97,36 @@ def test_resampled_commands_are_all_executed(agent):
     np.testing.assert_allclose(poses.y[:, -1], done.pose.y, atol=1e-4)
 
 
+@pytest.mark.parametrize("agent", AGENTS.values(), ids=AGENTS)
+def test_stages_change_nothing_but_the_time(agent, monkeypatch):
+    """Whoever keeps step with whom: the same trajectories, stuck agents included."""
+    keys = jax.random.split(jax.random.key(7), NUM)
+    crowded = layout("pillars")
+    explore_all = lambda: eqx.filter_jit(explore)(  # noqa: E731
+        crowded, agent, jnp.arange(NUM) % 6 + 1, horizon=6, collision="resample", keys=keys
+    )
+    staged = explore_all()
+    monkeypatch.setattr("motorspace.worlds.exploration.STAGES", ((2, 1),))
+    eqx.clear_caches()
+    plain = explore_all()
+    for one, other in zip(jax.tree.leaves(staged), jax.tree.leaves(plain), strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-5)
+
+
+def test_a_stuck_agent_begins_anew_elsewhere():
+    """In cells so narrow that most places are dead ends."""
+    walls = tuple(((x, 0.0), (x, 2.0)) for x in np.arange(1, 40) / 20)
+    cells = Layout("cells", (0.0, 0.0, 2.0, 2.0), walls).world()
+    keys, three = jax.random.split(jax.random.key(8), 64), jnp.full(64, 3)
+    agent = ForwardAgent(0.01)
+    done = explore(cells, agent, three, horizon=3, collision="resample", keys=keys)
+    np.testing.assert_array_equal(done.steps_done, 3)
+    assert int(done.attempt.max()) > 0 and int(done.refusals.max()) < MAX_REFUSALS
+    end = rollout(cells, agent, done.start, done.motors)
+    np.testing.assert_allclose(end.x[-1], done.pose.x, atol=1e-5)
+    np.testing.assert_array_equal(end.x[0] // 0.05, end.x[-1] // 0.05)
+
+
 @settings(max_examples=300, deadline=None)
 @given(
     corner=st.integers(0, len(CORNERS) - 1),
@@ -120,9 +139,9 @@ def test_commands_aimed_at_corners_ends_and_along_walls(corner, bearing, distanc
     """From beside a corner, at it, a hair past it, or along the wall that ends there."""
     away = distance * np.array([np.cos(bearing), np.sin(bearing)])
     x, y = jnp.asarray(CORNERS[corner] - away, jnp.float32)
-    if not FREE(PAPER, x, y):
-        return
     start = Pose(x, y, jnp.zeros(()), jnp.zeros(()))
+    if not FREE(PAPER, start):
+        return
     aim = jnp.float32(bearing + miss)
     for agent, motor in (
         (AGENTS["forward"], jnp.array([aim, share])),
@@ -135,7 +154,7 @@ def test_commands_aimed_at_corners_ends_and_along_walls(corner, bearing, distanc
             continue
         leg = paths(np.stack([start.x, start.y]), np.stack([end.x, end.y]), end.heading, motor)
         assert not shapely.intersects(PAPER_WALLS, leg)
-        assert FREE(PAPER, end.x, end.y)
+        assert FREE(PAPER, end)
 
 
 def test_a_wall_takes_the_translation_and_leaves_the_turn():

@@ -1,0 +1,177 @@
+"""Free exploration: agents draw commands until each has executed as many as it was asked to."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int
+
+from motorspace._types import Collision, Count, Flags, Key, Keys, Pose
+from motorspace.worlds.agents import AbstractAgent
+from motorspace.worlds.simulation import select, step
+from motorspace.worlds.world import AbstractWorld
+
+MAX_REFUSALS = 30
+"""After so many refused commands in a row an agent begins anew elsewhere, as one would that
+faces a wall from nearby and cannot turn away."""
+
+MAX_ATTEMPTS = 256
+"""So many places an agent tries to begin at; then its sequence ends early."""
+
+STAGES = ((1, 1), (8, 2), (64, MAX_REFUSALS))
+"""Agents keep step while more than 1 in 8 of them is under way, then those late ones among
+themselves while more than 1 in 64 is, and so on: (one in how many, commands drawn at once)."""
+
+
+class Exploration(NamedTuple):
+    """N agents on their way through motor sequences that they draw themselves."""
+
+    start: Pose
+    """Where the sequence began."""
+    attempt: Int[Array, " N"]
+    """How many other starts were given up, or were no free place."""
+    pose: Pose
+    motors: Float[Array, "T M N"]
+    """Rows beyond the steps done are zero."""
+    steps_done: Int[Array, " N"]
+    refusals: Int[Array, " N"]
+    """Commands refused in a row; `MAX_REFUSALS` as well where nobody can stand."""
+    proposals: Int[Array, " N"]
+    """Commands drawn: number p of an agent depends on its key and p alone."""
+
+
+class Assignment(NamedTuple):
+    """What N agents are asked to do, each by itself."""
+
+    num_steps: Int[Array, " N"]
+    start_keys: Keys
+    motor_keys: Keys
+
+
+def explore(
+    world: AbstractWorld,
+    agent: AbstractAgent,
+    num_steps: Int[Array, " N"],
+    *,
+    horizon: int,
+    collision: Collision,
+    keys: Keys,
+) -> Exploration:
+    """Agents that have drawn and executed `num_steps` commands each, at most `horizon`.
+
+    One whose commands the walls refuse too often in a row begins anew elsewhere. With `"block"`
+    nothing is refused. Agents that walls hold up do not hold up the others (`STAGES`), and
+    nobody's trajectory depends on who else is there.
+    """
+    start_keys, motor_keys = jnp.moveaxis(jax.vmap(jax.random.split)(keys), 1, 0)
+    zero = jnp.zeros((len(keys),), jnp.int32)
+    nowhere = Pose(*jnp.zeros((4, len(keys))))
+    unborn = Exploration(
+        start=nowhere,
+        attempt=zero - 1,
+        pose=nowhere,
+        motors=jnp.zeros((horizon, len(agent.motor_scale), len(keys))),
+        steps_done=zero,
+        refusals=zero + MAX_REFUSALS,
+        proposals=zero,
+    )
+    asked = Assignment(num_steps, start_keys, motor_keys)
+    explorers = Explorers(world, agent, collision)
+    return _finish(explorers, asked, _begin_anew(explorers, asked, unborn), STAGES)
+
+
+class Explorers(eqx.Module):
+    """What all agents have in common."""
+
+    world: AbstractWorld
+    agent: AbstractAgent
+    collision: Collision = eqx.field(static=True)
+
+
+def _finish(
+    explorers: Explorers,
+    asked: Assignment,
+    now: Exploration,
+    stages: tuple[tuple[int, int], ...],
+) -> Exploration:
+    """Everybody's exploration, done."""
+    (share, at_once), *later = stages
+    num_agents = len(asked.num_steps)
+    num_late = -(-num_agents * share // later[0][0]) if later else 0
+
+    def together(now: Exploration) -> Exploration:
+        if share > 1:
+            now = _begin_anew(explorers, asked, now)
+        return _propose(explorers, asked, now, at_once=at_once)
+
+    def some_late(now: Exploration) -> Exploration:
+        late = jnp.nonzero(_unfinished(now, asked), size=num_late, fill_value=num_agents)[0]
+        rows = late.clip(max=num_agents - 1)
+        few, their = jax.tree.map(lambda leaf: leaf[..., rows], (now, asked))
+        few = _finish(explorers, their, few, tuple(later))
+        return jax.tree.map(lambda a, b: a.at[..., late].set(b, mode="drop"), now, few)
+
+    going = _under_way if share == 1 else _unfinished
+    now = jax.lax.while_loop(lambda now: going(now, asked).sum() > num_late, together, now)
+    if not later:
+        return now
+    return jax.lax.while_loop(lambda now: _unfinished(now, asked).any(), some_late, now)
+
+
+def _under_way(now: Exploration, asked: Assignment) -> Flags:
+    return (now.steps_done < asked.num_steps) & (now.refusals < MAX_REFUSALS)
+
+
+def _unfinished(now: Exploration, asked: Assignment) -> Flags:
+    may_begin_anew = (now.steps_done < asked.num_steps) & (now.attempt < MAX_ATTEMPTS - 1)
+    return _under_way(now, asked) | may_begin_anew
+
+
+def _begin_anew(explorers: Explorers, asked: Assignment, now: Exploration) -> Exploration:
+    """Unfinished agents that were refused too often stand at another place, if it is free."""
+
+    def start(key: Key, attempt: Count) -> Pose:
+        place_key, head_key = jax.random.split(jax.random.fold_in(key, attempt))
+        return explorers.agent.start(explorers.world.draw(key=place_key), key=head_key)
+
+    attempt = now.attempt + 1
+    pose = jax.vmap(start)(asked.start_keys, attempt)
+    zero = jnp.zeros_like(now.steps_done)
+    refusals = jnp.where(explorers.world.free(pose), 0, MAX_REFUSALS)
+    motors = jnp.zeros_like(now.motors)
+    anew = Exploration(pose, attempt, pose, motors, zero, refusals, now.proposals)
+    return select(_unfinished(now, asked) & ~_under_way(now, asked), anew, now)
+
+
+def _propose(
+    explorers: Explorers, asked: Assignment, now: Exploration, *, at_once: int
+) -> Exploration:
+    """Agents under way draw up to `at_once` commands each and execute the first possible one."""
+    tried = jnp.arange(at_once)[:, None]
+    keys = jax.vmap(jax.vmap(jax.random.fold_in), (None, 0))(
+        asked.motor_keys, now.proposals + tried
+    )
+    draw = jax.vmap(jax.vmap(lambda key: explorers.agent.draw(key=key), out_axes=-1), out_axes=1)
+    motors = draw(keys)
+    here = jax.tree.map(lambda field: jnp.broadcast_to(field, keys.shape), now.pose)
+    after, blocked = step(explorers.world, explorers.agent, here, motors)
+    possible = ~blocked if explorers.collision == "resample" else jnp.ones_like(blocked)
+    possible &= tried < MAX_REFUSALS - now.refusals
+    first = possible & (jnp.cumsum(possible, axis=0) == 1)
+    taken = first.any(axis=0)
+
+    def chosen(field: Float[Array, "... J N"]) -> Float[Array, "... N"]:
+        return jnp.sum(jnp.where(first, field, 0.0), axis=-2)
+
+    row = (jnp.arange(len(now.motors))[:, None] == now.steps_done) & taken
+    used = jnp.where(taken, jnp.argmax(first, axis=0) + 1, at_once)
+    used = jnp.minimum(used, MAX_REFUSALS - now.refusals)
+    then = now._replace(
+        pose=select(taken, jax.tree.map(chosen, after), now.pose),
+        motors=jnp.where(row[:, None], chosen(motors), now.motors),
+        steps_done=now.steps_done + taken,
+        refusals=jnp.where(taken, 0, now.refusals + used),
+        proposals=now.proposals + used,
+    )
+    return select(_under_way(now, asked), then, now)
