@@ -22,6 +22,8 @@ class ModelConfig:
     """ReLU layers of the predictor."""
     inverse_weight: float = 0.0
     """Weight of the inverse model's loss; 0 leaves it out."""
+    slowness_weight: float = 0.0
+    """Weight of the slowness of the code, which the paper does not have; 0 leaves it out."""
     train_encoder: bool = True
     """False leaves the encoder at its initial weights: a reference for what training adds."""
     motor_scaling: Literal["raw", "maximum"] = "raw"

@@ -48,18 +48,18 @@ class RecurrentEncoder(AbstractMotorEncoder):
 
     def __call__(self, motors: Motors, num_steps: Count) -> Code:
         zero = jnp.zeros(self.cell.hidden_size)
-        state = (zero, zero) if isinstance(self.cell, eqx.nn.LSTMCell) else zero
+        gated = isinstance(self.cell, eqx.nn.LSTMCell)
 
-        def advance(state, command):  # type: ignore[no-untyped-def]
-            index, motor = command
-            return _where(index < num_steps, self.cell(motor, state), state), None
+        def advance(state, motor):  # type: ignore[no-untyped-def]
+            state = self.cell(motor, state)
+            return state, state[0] if gated else state
 
         # Unrolled, since one iteration holds too little work; long sequences only in part,
         # since compilation grows with the number of copies.
-        commands = (jnp.arange(len(motors)), motors)
-        state, _ = jax.lax.scan(advance, state, commands, unroll=min(len(motors), MAX_UNROLL))
-        hidden = state[0] if isinstance(state, tuple) else state
-        return jax.nn.sigmoid(self.to_code(hidden))
+        start = (zero, zero) if gated else zero
+        _, hidden = jax.lax.scan(advance, start, motors, unroll=min(len(motors), MAX_UNROLL))
+        last = jnp.arange(len(motors)) == num_steps - 1
+        return jax.nn.sigmoid(self.to_code(jnp.sum(jnp.where(last[:, None], hidden, 0.0), axis=0)))
 
 
 class SumEncoder(AbstractMotorEncoder):
@@ -71,8 +71,7 @@ class SumEncoder(AbstractMotorEncoder):
         self.mlp = _code_mlp(motor_size, hidden_size, code_size, key=key)
 
     def __call__(self, motors: Motors, num_steps: Count) -> Code:
-        del num_steps
-        return self.mlp(jnp.sum(motors, axis=0))
+        return self.mlp(jnp.sum(_executed(motors, num_steps), axis=0))
 
 
 class FlatEncoder(AbstractMotorEncoder):
@@ -86,8 +85,7 @@ class FlatEncoder(AbstractMotorEncoder):
         self.mlp = _code_mlp(horizon * motor_size, hidden_size, code_size, key=key)
 
     def __call__(self, motors: Motors, num_steps: Count) -> Code:
-        del num_steps
-        return self.mlp(motors.reshape(-1))
+        return self.mlp(_executed(motors, num_steps).reshape(-1))
 
 
 class ConstantEncoder(AbstractMotorEncoder):
@@ -108,9 +106,10 @@ class IdentityEncoder(AbstractMotorEncoder):
         return motors.reshape(-1)
 
 
+def _executed(motors: Motors, num_steps: Count) -> Motors:
+    """The motor sequence with zeros for the rows that are no part of it."""
+    return jnp.where(jnp.arange(len(motors))[:, None] < num_steps, motors, 0.0)
+
+
 def _code_mlp(in_size: int, width_size: int, code_size: int, *, key: Key) -> eqx.nn.MLP:
     return eqx.nn.MLP(in_size, code_size, width_size, 2, final_activation=jax.nn.sigmoid, key=key)
-
-
-def _where(flag, yes, no):  # type: ignore[no-untyped-def]
-    return jax.tree.map(lambda a, b: jnp.where(flag, a, b), yes, no)

@@ -11,7 +11,14 @@ from jaxtyping import Array, Int
 from motorspace._errors import UserError
 from motorspace._types import Count, Key, Record, Scalar
 from motorspace.models import Model, ModelConfig, Scaling, build_model
-from motorspace.models.losses import code_variance, encode_all, inverse_loss, prediction_loss
+from motorspace.models.losses import (
+    code_variance,
+    encode_all,
+    encode_last_two,
+    inverse_loss,
+    prediction_loss,
+    slowness_loss,
+)
 from motorspace.training.config import TrainingConfig
 from motorspace.trajectories import Experience, ExperienceSource
 
@@ -103,13 +110,16 @@ def train_epoch(
 
     def loss(trainable: Model, batch: Experience) -> tuple[Scalar, EpochRecord]:
         model = eqx.combine(trainable, fixed)
-        codes = encode_all(model, batch)
+        codes, earlier = encode_last_two(model, batch)
         if not model_config.train_encoder:
-            codes = jax.lax.stop_gradient(codes)
+            codes, earlier = jax.lax.stop_gradient((codes, earlier))
         prediction = prediction_loss(model, batch, codes)
         inverse = inverse_loss(model, batch, codes)
         record = EpochRecord(prediction, inverse, code_variance(codes))
-        return prediction + model_config.inverse_weight * inverse, record
+        total = prediction + model_config.inverse_weight * inverse
+        if model_config.slowness_weight > 0:
+            total += model_config.slowness_weight * slowness_loss(codes, earlier)
+        return total, record
 
     def update(carry: Carry, batch: Experience) -> tuple[Carry, EpochRecord]:
         trainable, moments, average = carry

@@ -16,7 +16,14 @@ from motorspace import (
     UserError,
 )
 from motorspace.models import Scaling, build_model
-from motorspace.models.losses import code_variance, encode_all, inverse_loss, prediction_loss
+from motorspace.models.losses import (
+    code_variance,
+    encode_all,
+    encode_last_two,
+    inverse_loss,
+    prediction_loss,
+    slowness_loss,
+)
 from motorspace.training import fit, init, simulator
 
 SMALL = TrainingConfig(epochs=30, trajectories_per_epoch=512, batch_size=64, learning_rate=3e-3)
@@ -90,6 +97,36 @@ def test_the_inverse_loss_does_not_reward_smaller_codes():
     assert float(code_variance(shrunk)) == pytest.approx(
         0.01 * float(code_variance(codes)), rel=1e-4
     )
+
+
+def test_slowness_prefers_slow_features_and_more_than_one():
+    """Of two random walks, the codes of where they stand beat those of their last steps."""
+    steps = jax.random.normal(jax.random.key(2), (4000, 6, 2))
+    places = jnp.cumsum(steps, axis=1)
+    both, one = (lambda p: 0.1 * p), (lambda p: p * jnp.array([1.0, 0.01]))
+    slow = {
+        "both places": slowness_loss(both(places[:, 5]), both(places[:, 4])),
+        "one place": slowness_loss(one(places[:, 5]), one(places[:, 4])),
+        "last step": slowness_loss(steps[:, 5], steps[:, 4]),
+    }
+    assert slow["both places"] < slow["one place"] < slow["last step"]
+    # A walk of six steps varies by 6 and moves by 1 in each direction.
+    np.testing.assert_allclose(slow["one place"], 1 / 6, rtol=0.1)
+    np.testing.assert_allclose(slow["both places"], 1 / 6 * 2**-0.25, rtol=0.1)
+    scaled = slowness_loss(3 * both(places[:, 5]), 3 * both(places[:, 4]))
+    np.testing.assert_allclose(scaled, slow["both places"], rtol=1e-3)
+
+
+@pytest.mark.parametrize("encoder", ["lstm", "gru", "sum", "mlp"])
+def test_the_code_before_the_last_command_is_that_of_the_shorter_sequence(encoder):
+    network = replace(NETWORK, encoder=encoder)
+    model = build_model(network, SCALING, horizon=3, key=jax.random.key(0))
+    experience = linear_experience(32)
+    codes, earlier = encode_last_two(model, experience)
+    np.testing.assert_allclose(codes, encode_all(model, experience), atol=1e-6)
+    shorter = jax.vmap(model.encode)(experience.motors.at[:, 2].set(0.0), jnp.full(32, 2))
+    np.testing.assert_allclose(earlier, shorter, atol=1e-6)
+    assert np.abs(codes - earlier).max() > 1e-3
 
 
 def test_the_curriculum_grows_the_sequences_and_ends():
