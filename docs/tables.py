@@ -56,7 +56,7 @@ def lattice(rows: list[Row]) -> list[Row]:
     """Accuracy and organisation of the lattice runs."""
     return [
         {
-            "run": f"{row['name'].split('/')[1].replace('-', ' ')} model"
+            "run": row["name"].split("/")[1].replace("-", " ")
             + (", untrained encoder" if row["part"] == "untrained" else ""),
             "epochs": row["epochs"],
             "accuracy": row["accuracy"],

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from motorspace._files import write_atomically
 from motorspace.analysis.projections import ica, pca
-from motorspace.experiments import robots
+from motorspace.experiments import paper, robots
 from motorspace.experiments.measurement import draw_test
 from motorspace.reports import figures
 from motorspace.training import Run, SimulationConfig, load_run
@@ -47,8 +47,8 @@ def write_all(folder: Path) -> list[Path]:
             pictures[f"ica-{agent}"] = figures.codes_figure([row], axis_name="IC")
     lattice = _rows(
         {
-            f"{kind} the inverse model": folder / f"lattice/{kind}-inverse/model/seed0"
-            for kind in ("without", "with")
+            kind.replace("-", " "): folder / f"lattice/{kind}/model/seed0"
+            for kind in paper.LATTICE_KINDS
         }
     )
     if lattice:

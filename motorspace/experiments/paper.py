@@ -35,7 +35,7 @@ PAPER_ERRORS = {
 LATTICE = RunConfig(
     SimulationConfig(agent="lattice", horizon=5, min_horizon=1),
     ModelConfig(),
-    TrainingConfig(epochs=500, trajectories_per_epoch=50_000, batch_size=1000, learning_rate=3e-3),
+    TrainingConfig(epochs=500, trajectories_per_epoch=50_000),
 )
 FORWARD = RunConfig(SimulationConfig(agent="forward"))
 HOLONOMIC = RunConfig(SimulationConfig(agent="holonomic"))
@@ -48,8 +48,12 @@ PLAIN: dict[str, Any] = {
 }
 """The paper's own recipe as far as it is told: nothing that helps to leave the plateau."""
 
-LATTICE_INVERSE_WEIGHT = 0.005
-"""Ten times as much slows the prediction down; without, the codes are not organised."""
+LATTICE_KINDS: dict[str, dict[str, Any]] = {
+    "without-inverse": {},
+    "with-inverse": {"inverse_weight": 0.04},
+    "with-slowness": {"inverse_weight": 0.04, "slowness_weight": 0.04},
+}
+"""The paper's two lattice systems, and one whose codes also have to be slow."""
 
 EPOCHS_SHARE: dict[Budget, float] = {"quick": 0.05, "fifth": 0.2, "half": 0.5, "paper": 1.0}
 """The share of the paper's epochs that each budget trains for."""
@@ -90,16 +94,15 @@ def table_jobs(budget: Budget, *, seeds: int, parts: tuple[Part, ...]) -> list[J
 
 
 def lattice_jobs(budget: Budget, *, seeds: int) -> list[Job]:
-    """The lattice runs: without and with the inverse model, and an untrained encoder."""
+    """The runs of every kind, and an untrained encoder."""
     jobs = []
     for seed in range(seeds):
         base = _budgeted(LATTICE, budget, seed)
-        with_inverse = replace(base.model, inverse_weight=LATTICE_INVERSE_WEIGHT)
         jobs += [
-            Job("lattice/without-inverse", base),
-            Job("lattice/with-inverse", replace(base, model=with_inverse)),
-            Job("lattice/without-inverse", _variant(base, "untrained"), "untrained"),
+            Job(f"lattice/{kind}", replace(base, model=replace(base.model, **weights)))
+            for kind, weights in LATTICE_KINDS.items()
         ]
+        jobs.append(Job("lattice/without-inverse", _variant(base, "untrained"), "untrained"))
     return jobs
 
 

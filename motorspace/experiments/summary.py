@@ -36,7 +36,7 @@ def table_rows(results: Sequence[Row]) -> list[Row]:
 def lattice_rows(results: Sequence[Row]) -> list[Row]:
     """One row per kind of lattice run."""
     rows = []
-    for name in ("lattice/without-inverse", "lattice/with-inverse"):
+    for name in (f"lattice/{kind}" for kind in paper.LATTICE_KINDS):
         for part, runs in _by_part(results, name).items():
             if not runs:
                 continue
@@ -121,7 +121,7 @@ def _lattice_claims(kinds: list[Row]) -> list[Row]:
         scope = {"epochs": kind["epochs"], "seeds": kind["accuracy"]["seeds"]}
         exact = _claim(f"{name}: accuracy over every case", kind["accuracy"], least=1.0)
         made.append(exact | scope)
-        if name == "lattice/with-inverse":
+        if name == "lattice/with-slowness":
             for component in ("longitudinal", "lateral"):
                 made.append(
                     _claim(

@@ -10,8 +10,8 @@ from motorspace.trajectories import Experience
 
 Codes = Float[Array, "N C"]
 
-SPREADING = 0.5
-"""How strongly slowness prefers several slow directions to a single one."""
+DISCOUNT = 0.7
+"""How much less variance counts that a single direction holds."""
 
 
 def prediction_loss(model: Model, batch: Experience, codes: Codes) -> Scalar:
@@ -27,31 +27,37 @@ def prediction_loss(model: Model, batch: Experience, codes: Codes) -> Scalar:
 def inverse_loss(model: Model, batch: Experience, codes: Codes) -> Scalar:
     """Mean squared distance of the code from what the inverse model makes of the sensors.
 
-    mean || h^m - inverse(s_t, s_{t+T}) ||^2 / C, relative to the codes' own variance, so that
-    shrinking every code to a constant does not lower it (section 4.1 gives no normalisation).
+    mean || h^m - inverse(s_t, s_{t+T}) ||^2, relative to the `spread` of the codes, so that
+    shrinking them to a constant does not lower it (section 4.1 gives no normalisation).
     """
     if model.inverse is None:
         return jnp.zeros(())
     scale = jnp.array(model.scaling.sensors)
     inferred = jax.vmap(model.inverse)(batch.sensors / scale, batch.later_sensors / scale)
-    return jnp.mean((codes - inferred) ** 2) / (code_variance(codes) + 1e-6)
+    return jnp.mean(jnp.sum((codes - inferred) ** 2, axis=1)) / spread(codes)
 
 
 def slowness_loss(codes: Codes, earlier: Codes) -> Scalar:
-    """How far the last command moves the code, relative to how widely the codes spread.
+    """Mean squared change of the code with the last command, relative to the codes' `spread`.
 
-    (mean || h_T - h_{T-1} ||^2 / tr S) (|| S ||_F / tr S)^a, S the codes' covariance,
-    a = `SPREADING`: slow features (Wiskott and Sejnowski, 2002). Of everything that a random
-    walk can be asked about, where it stands changes slowest relative to how far it varies, so
-    that the codes' main directions become the displacement's. The second factor, a power of
-    the participation ratio, keeps the slowest direction from outgrowing the others.
+    mean || h_T - h_{T-1} ||^2: slow feature analysis (Wiskott and Sejnowski, 2002). Of all
+    that can be told of a random walk's end, where it lies changes least with one step relative
+    to how widely it varies, so that displacement becomes the codes' main directions.
+    """
+    return jnp.mean(jnp.sum((codes - earlier) ** 2, axis=1)) / spread(codes)
+
+
+def spread(codes: Codes) -> Scalar:
+    """The codes' total variance, discounted where few directions hold it: tr S (PR)^(a/2).
+
+    S is the codes' covariance, PR = (tr S)^2 / || S ||_F^2 its participation ratio, a =
+    `DISCOUNT`. Relative to the total variance alone, a loss is lowered most by inflating the
+    one direction that suits it best.
     """
     centred = codes - jnp.mean(codes, axis=0)
     covariance = centred.T @ centred / len(codes)
-    total = jnp.trace(covariance) + 1e-6
-    moved = jnp.mean(jnp.sum((codes - earlier) ** 2, axis=1))
-    concentration = jnp.sqrt(jnp.sum(covariance**2) + 1e-12) / total
-    return moved / total * concentration**SPREADING
+    total = jnp.trace(covariance) + 1e-5
+    return total * (total / jnp.sqrt(jnp.sum(covariance**2) + 1e-10)) ** DISCOUNT
 
 
 def code_variance(codes: Codes) -> Scalar:

@@ -112,7 +112,7 @@ def test_slowness_prefers_slow_features_and_more_than_one():
     assert slow["both places"] < slow["one place"] < slow["last step"]
     # A walk of six steps varies by 6 and moves by 1 in each direction.
     np.testing.assert_allclose(slow["one place"], 1 / 6, rtol=0.1)
-    np.testing.assert_allclose(slow["both places"], 1 / 6 * 2**-0.25, rtol=0.1)
+    np.testing.assert_allclose(slow["both places"], 1 / 6 * 2**-0.35, rtol=0.1)
     scaled = slowness_loss(3 * both(places[:, 5]), 3 * both(places[:, 4]))
     np.testing.assert_allclose(scaled, slow["both places"], rtol=1e-3)
 
