@@ -26,6 +26,7 @@ def errors(rows: list[Row]) -> list[Row]:
         {
             "agent": row["agent"],
             "r": f"{row['rotation']} pi",
+            "epochs": row["epochs"],
             "error": row["model"],
             "oracle": row["oracle"],
             "error / oracle": row["to_oracle"],
@@ -41,7 +42,7 @@ def errors(rows: list[Row]) -> list[Row]:
 
 def short_errors(rows: list[Row]) -> list[Row]:
     """What the README shows of it."""
-    columns = ("agent", "r", "error", "oracle", "mean", "persistence", "paper")
+    columns = ("agent", "r", "epochs", "error", "oracle", "mean", "persistence", "paper")
     return [{c: row[c] for c in columns} for row in errors(rows)]
 
 
