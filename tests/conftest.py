@@ -7,8 +7,10 @@ from pathlib import Path
 import jax
 import pytest
 
-# As the command line does: threads that wait for a busy core cost far more than they gain.
-os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false")
+# One thread, as on the command line; less optimisation, since tests compile more than they run.
+os.environ.setdefault(
+    "XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false --xla_backend_optimization_level=1"
+)
 
 # Many tests compile the same programs: the second one need not, in this process or another.
 CACHE = str(Path(__file__).parents[1] / ".pytest_cache" / "jax")

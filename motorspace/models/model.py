@@ -112,8 +112,9 @@ def build_model(config: ModelConfig, scaling: Scaling, *, horizon: int, key: Key
 def _reinitialised(model: Model, *, key: Key) -> Model:
     """The model with variance-preserving weights and zero biases.
 
-    ReLU layers follow He et al. (2015), all others Glorot and Bengio (2010); the recurrent
-    matrix of an LSTM is orthogonal per gate and its forget gate starts open (bias 1).
+    Layers follow He et al. (2015); the recurrent matrix of an LSTM is orthogonal per gate and its
+    forget gate starts open (bias 1). An LSTM's input weights are standard normal: a gate then
+    bends about once per radian, as it must to fold turns that lead to the same orientation.
     """
     is_layer = lambda node: isinstance(node, eqx.nn.Linear | eqx.nn.LSTMCell)  # noqa: E731
     leaves, structure = jax.tree.flatten(model, is_leaf=is_layer)
@@ -134,9 +135,7 @@ def _scaled_layer(
         return eqx.tree_at(lambda m: (m.weight, m.bias), layer, (weight, jnp.zeros((out_size,))))
     input_key, hidden_key = jax.random.split(key)
     hidden_size, in_size = layer.hidden_size, layer.input_size
-    glorot = jax.nn.initializers.glorot_uniform(1, 0)
     orthogonal = jax.nn.initializers.orthogonal()
-    from_input = [glorot(k, (hidden_size, in_size)) for k in jax.random.split(input_key, 4)]
     from_hidden = [
         orthogonal(k, (hidden_size, hidden_size)) for k in jax.random.split(hidden_key, 4)
     ]
@@ -145,7 +144,7 @@ def _scaled_layer(
         lambda m: (m.weight_ih, m.weight_hh, m.bias),
         layer,
         (
-            jnp.concatenate(from_input),
+            jax.random.normal(input_key, (4 * hidden_size, in_size)),
             jnp.concatenate(from_hidden),
             bias.at[hidden_size : 2 * hidden_size].set(1.0),
         ),

@@ -98,7 +98,7 @@ class TrainingConfig:
     """New trajectories for every epoch; False repeats those of the first."""
     batch_size: int = 100
     """Trajectories per update."""
-    learning_rate: float = 2e-3
+    learning_rate: float = 6e-3
     """Adam's (peak) learning rate."""
     schedule: Literal["cosine", "constant"] = "cosine"
     """cosine: warm-up over 1% of the updates, then decay to zero; constant: the plain recipe."""

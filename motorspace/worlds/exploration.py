@@ -23,6 +23,9 @@ STAGES = ((1, 1), (8, 2), (64, MAX_REFUSALS))
 """Agents keep step while more than 1 in 8 of them is under way, then those late ones among
 themselves while more than 1 in 64 is, and so on: (one in how many, commands drawn at once)."""
 
+FEWEST = 16
+"""A stage of fewer agents than this is not worth its compilation."""
+
 
 class Exploration(NamedTuple):
     """N agents on their way through motor sequences that they draw themselves."""
@@ -78,7 +81,9 @@ def explore(
     )
     asked = Assignment(num_steps, start_keys, motor_keys)
     explorers = Explorers(world, agent, collision)
-    return _finish(explorers, asked, _begin_anew(explorers, asked, unborn), STAGES)
+    worth = [s for s in STAGES[1:] if len(keys) >= FEWEST * s[0] and collision == "resample"]
+    stages = (STAGES[0], *worth)
+    return _finish(explorers, asked, _begin_anew(explorers, asked, unborn), stages)
 
 
 class Explorers(eqx.Module):
@@ -99,9 +104,11 @@ def _finish(
     (share, at_once), *later = stages
     num_agents = len(asked.num_steps)
     num_late = -(-num_agents * share // later[0][0]) if later else 0
+    # While all are together, who is stuck waits for a later stage to begin anew.
+    patient = share == 1 and bool(later)
 
     def together(now: Exploration) -> Exploration:
-        if share > 1:
+        if not patient:
             now = _begin_anew(explorers, asked, now)
         return _propose(explorers, asked, now, at_once=at_once)
 
@@ -112,7 +119,7 @@ def _finish(
         few = _finish(explorers, their, few, tuple(later))
         return jax.tree.map(lambda a, b: a.at[..., late].set(b, mode="drop"), now, few)
 
-    going = _under_way if share == 1 else _unfinished
+    going = _under_way if patient else _unfinished
     now = jax.lax.while_loop(lambda now: going(now, asked).sum() > num_late, together, now)
     if not later:
         return now

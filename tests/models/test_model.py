@@ -58,5 +58,6 @@ def test_scaled_weights_keep_the_variance_and_open_the_forget_gate():
     np.testing.assert_allclose(np.std(layer.weight), np.sqrt(2 / 200), rtol=0.05)
     assert (layer.bias == 0).all()
     np.testing.assert_array_equal(model.encoder.cell.bias[100:200], 1.0)
+    np.testing.assert_allclose(np.std(model.encoder.cell.weight_ih), 1.0, rtol=0.1)
     gate = np.asarray(model.encoder.cell.weight_hh[:100])
     np.testing.assert_allclose(gate @ gate.T, np.eye(100), atol=1e-5)
