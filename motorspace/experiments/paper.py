@@ -35,7 +35,7 @@ PAPER_ERRORS = {
 LATTICE = RunConfig(
     SimulationConfig(agent="lattice", horizon=5, min_horizon=1),
     ModelConfig(),
-    TrainingConfig(epochs=500, trajectories_per_epoch=50_000),
+    TrainingConfig(epochs=500, trajectories_per_epoch=50_000, learning_rate=3e-3),
 )
 FORWARD = RunConfig(SimulationConfig(agent="forward"))
 HOLONOMIC = RunConfig(SimulationConfig(agent="holonomic"))
