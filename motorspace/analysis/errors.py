@@ -16,7 +16,8 @@ from motorspace.analysis.baselines import (
 )
 from motorspace.trajectories import Experience
 
-CHUNK_SIZE = 20_000
+CHUNK_SIZE = 8000
+"""Trajectories measured at once; whoever draws as many shares the compiled sampler."""
 
 
 @dataclass(frozen=True)

@@ -4,13 +4,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import jax
 import numpy as np
 
 from motorspace._files import write_atomically
 from motorspace._types import Watch
 from motorspace.analysis.projections import pca
-from motorspace.experiments.figures import world_figures
+from motorspace.experiments.figures import codes_of, world_figures
 from motorspace.experiments.measurement import measure
 from motorspace.experiments.paper import oracle_source
 from motorspace.models import ModelConfig
@@ -25,11 +24,10 @@ from motorspace.training import (
     simulation_scaling,
     train,
 )
-from motorspace.trajectories import sample
 
 EPOCHS = 200
 ORACLE_EPOCHS = 200
-NUM_TEST = 20_000
+NUM_TEST = 24_000
 
 
 def demo(out: Path, *, seed: int = 0, watch: Watch = lambda record: None) -> Path:
@@ -101,11 +99,8 @@ def _result_sections(run: Run, measured: dict[str, Any], oracle: float) -> list[
     references = {"persistence": errors["persistence"], "oracle": oracle}
     learning = figures.png(figures.learning_curve_figure({"training": curve}, references))
 
-    world, agent, fan = run.config.simulation.build()
-    test = sample(world, agent, fan, num=4000, horizon=6, key=jax.random.key(11))
-    codes = run.encode(test.experience.motors)
+    codes, displacements = codes_of(run)
     projection = pca(codes)
-    displacements = np.asarray(test.displacements.achieved)
     picture = figures.png(
         figures.codes_figure([("forward, r = 0.4 pi", projection.coordinates, displacements)])
     )

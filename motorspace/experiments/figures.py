@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from motorspace._files import write_atomically
+from motorspace.analysis.errors import CHUNK_SIZE
 from motorspace.analysis.projections import ica, pca
 from motorspace.experiments import paper, robots
 from motorspace.experiments.measurement import draw_test
@@ -18,7 +19,6 @@ from motorspace.worlds import RangeFan, WalledWorld, layout, layout_names, rollo
 
 AGENTS: tuple[AgentName, ...] = ("forward", "holonomic")
 SHOWN_ROTATIONS = (0.2, 0.4, 0.8)
-NUM_POINTS = 6000
 FIGURE_SEED = 2_000_003
 
 Row = tuple[str, np.ndarray, np.ndarray]
@@ -85,7 +85,7 @@ def write_robots(out: Path, logs: Path) -> None:
 
 def codes_of(run: Run) -> tuple[np.ndarray, np.ndarray]:
     """Codes of fresh trajectories, and the displacements that these caused."""
-    fresh = draw_test(run.config, NUM_POINTS, key=jax.random.key(FIGURE_SEED))
+    fresh = draw_test(run.config, CHUNK_SIZE, key=jax.random.key(FIGURE_SEED))
     experience = fresh.experience
     codes = run.encode(experience.motors, experience.num_steps)
     return np.asarray(codes), np.asarray(fresh.displacements.achieved)

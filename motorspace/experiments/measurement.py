@@ -12,7 +12,7 @@ from jaxtyping import Array, Bool, Float
 
 from motorspace._types import Count, Flag, Key, Pose
 from motorspace.analysis.baselines import with_displacement_as_motors
-from motorspace.analysis.errors import prediction_errors
+from motorspace.analysis.errors import CHUNK_SIZE, prediction_errors
 from motorspace.analysis.probes import (
     COMPONENTS,
     displacement_targets,
@@ -28,7 +28,6 @@ from motorspace.worlds import LatticeAgent, LatticeWorld, NodeIndex, step
 TEST_SEED = 1_000_003
 """Evaluation draws from its own stream: training seeds stay far below it."""
 
-NUM_PROBED = 8000
 NUM_LATTICE_CODES = 20_000
 
 
@@ -56,7 +55,11 @@ def as_seen_by(config: RunConfig, trajectories: Trajectories) -> Experience:
 
 
 def measure(run: Run, *, num: int) -> dict[str, Any]:
-    """Errors on `num` fresh trajectories, the codes' variance, and linear probes of them."""
+    """Errors on `num` fresh trajectories, the codes' variance, and linear probes of them.
+
+    Probes are fitted on one half of `num`, at most 8,000, other trajectories, and tested on the
+    other half.
+    """
     config = run.config
     errors_key, probe_key = jax.random.split(jax.random.key(TEST_SEED + config.training.seed))
 
@@ -64,7 +67,7 @@ def measure(run: Run, *, num: int) -> dict[str, Any]:
         return as_seen_by(config, draw_test(config, count, key=key))
 
     errors = prediction_errors(run.predict, draw, num=num, key=errors_key)
-    probed = draw_test(config, NUM_PROBED, key=probe_key)
+    probed = draw_test(config, min(num, CHUNK_SIZE), key=probe_key)
     seen = as_seen_by(config, probed)
     codes = run.encode(seen.motors, seen.num_steps)
     measured = {

@@ -34,8 +34,8 @@ PAPER_ERRORS = {
 
 LATTICE = RunConfig(
     SimulationConfig(agent="lattice", horizon=5, min_horizon=1),
-    ModelConfig(),
-    TrainingConfig(epochs=500, trajectories_per_epoch=50_000, learning_rate=3e-3),
+    ModelConfig(initial_weights="scaled"),
+    TrainingConfig(epochs=500, trajectories_per_epoch=50_000, learning_rate=2e-3),
 )
 FORWARD = RunConfig(SimulationConfig(agent="forward"))
 HOLONOMIC = RunConfig(SimulationConfig(agent="holonomic"))
@@ -116,6 +116,7 @@ POINTS: dict[str, dict[str, dict[str, Any]]] = {
     "layout rooms-1": {"simulation": {"layout": "rooms:1"}},
     "2,000 trajectories for all epochs": {"training": {"fresh": False}},
     "motor-scaling maximum": {"model": {"motor_scaling": "maximum"}},
+    "initial-weights scaled": {"model": {"initial_weights": "scaled"}},
     "initial-weights uniform": {"model": {"initial_weights": "uniform"}},
     "schedule constant": {"training": {"schedule": "constant", "learning_rate": 1e-3}},
     "curriculum 0": {"training": {"curriculum": 0.0}},

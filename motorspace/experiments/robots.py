@@ -171,7 +171,7 @@ def _run(
     if results.exists():
         return dict(json.loads(results.read_text()))
     simulation = SimulationConfig(horizon=experiment.horizon_scans)
-    model = replace(ModelConfig(), **MODELS[name])
+    model = replace(ModelConfig(initial_weights="scaled"), **MODELS[name])
     config = RunConfig(simulation, model, replace(TRAINING, seed=seed))
     run = train(
         config,

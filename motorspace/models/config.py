@@ -28,5 +28,6 @@ class ModelConfig:
     """False leaves the encoder at its initial weights: a reference for what training adds."""
     motor_scaling: Literal["raw", "maximum"] = "raw"
     """Commands as they are (radians, world units), or divided by their largest magnitude."""
-    initial_weights: Literal["scaled", "uniform"] = "scaled"
-    """scaled: variance-preserving; uniform: within 1 / sqrt(inputs), the plain recipe."""
+    initial_weights: Literal["wide", "scaled", "uniform"] = "wide"
+    """wide: input weights of about one per radian, so that turns fold, the rest scaled;
+    scaled: variance-preserving; uniform: within 1 / sqrt(inputs), the plain recipe."""

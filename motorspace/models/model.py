@@ -106,28 +106,31 @@ def build_model(config: ModelConfig, scaling: Scaling, *, horizon: int, key: Key
     predictor = SensorPredictor(*sizes, key=predictor_key)
     inverse = InverseModel(*sizes, key=inverse_key) if config.inverse_weight > 0 else None
     model = Model(encoder, predictor, inverse, scaling)
-    return _reinitialised(model, key=key) if config.initial_weights == "scaled" else model
+    if config.initial_weights == "uniform":
+        return model
+    return _reinitialised(model, wide=config.initial_weights == "wide", key=key)
 
 
-def _reinitialised(model: Model, *, key: Key) -> Model:
+def _reinitialised(model: Model, *, wide: bool, key: Key) -> Model:
     """The model with variance-preserving weights and zero biases.
 
-    Layers follow He et al. (2015); the recurrent matrix of an LSTM is orthogonal per gate and its
-    forget gate starts open (bias 1). An LSTM's input weights are standard normal: a gate then
-    bends about once per radian, as it must to fold turns that lead to the same orientation.
+    Linear layers follow He et al. (2015), an LSTM's input weights Glorot and Bengio (2010); its
+    recurrent matrix is orthogonal per gate and its forget gate starts open (bias 1). Wide input
+    weights are standard normal instead: a gate then bends about once per radian, as it must to
+    fold turns that lead to the same orientation.
     """
     is_layer = lambda node: isinstance(node, eqx.nn.Linear | eqx.nn.LSTMCell)  # noqa: E731
     leaves, structure = jax.tree.flatten(model, is_leaf=is_layer)
     keys = jax.random.split(key, len(leaves))
     fresh = [
-        _scaled_layer(leaf, key=k) if is_layer(leaf) else leaf
+        _scaled_layer(leaf, wide=wide, key=k) if is_layer(leaf) else leaf
         for leaf, k in zip(leaves, keys, strict=True)
     ]
     return jax.tree.unflatten(structure, fresh)
 
 
 def _scaled_layer(
-    layer: eqx.nn.Linear | eqx.nn.LSTMCell, *, key: Key
+    layer: eqx.nn.Linear | eqx.nn.LSTMCell, *, wide: bool, key: Key
 ) -> eqx.nn.Linear | eqx.nn.LSTMCell:
     if isinstance(layer, eqx.nn.Linear):
         out_size, in_size = layer.weight.shape
@@ -135,6 +138,10 @@ def _scaled_layer(
         return eqx.tree_at(lambda m: (m.weight, m.bias), layer, (weight, jnp.zeros((out_size,))))
     input_key, hidden_key = jax.random.split(key)
     hidden_size, in_size = layer.hidden_size, layer.input_size
+    glorot = jax.nn.initializers.glorot_uniform(1, 0)
+    from_input = [glorot(k, (hidden_size, in_size)) for k in jax.random.split(input_key, 4)]
+    if wide:
+        from_input = [jax.random.normal(input_key, (4 * hidden_size, in_size))]
     orthogonal = jax.nn.initializers.orthogonal()
     from_hidden = [
         orthogonal(k, (hidden_size, hidden_size)) for k in jax.random.split(hidden_key, 4)
@@ -144,7 +151,7 @@ def _scaled_layer(
         lambda m: (m.weight_ih, m.weight_hh, m.bias),
         layer,
         (
-            jax.random.normal(input_key, (4 * hidden_size, in_size)),
+            jnp.concatenate(from_input),
             jnp.concatenate(from_hidden),
             bias.at[hidden_size : 2 * hidden_size].set(1.0),
         ),

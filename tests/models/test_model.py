@@ -42,7 +42,7 @@ def test_the_paper_sizes_are_the_defaults():
     assert shapes == [(200, 59), (200, 200), (200, 200), (9, 200)]
 
 
-@pytest.mark.parametrize("initial_weights", ["scaled", "uniform"])
+@pytest.mark.parametrize("initial_weights", ["wide", "scaled", "uniform"])
 def test_same_key_same_weights(initial_weights):
     config = replace(CONFIG, initial_weights=initial_weights)
     first, again, other = (
@@ -59,5 +59,8 @@ def test_scaled_weights_keep_the_variance_and_open_the_forget_gate():
     assert (layer.bias == 0).all()
     np.testing.assert_array_equal(model.encoder.cell.bias[100:200], 1.0)
     np.testing.assert_allclose(np.std(model.encoder.cell.weight_ih), 1.0, rtol=0.1)
+    narrow = build_model(ModelConfig(initial_weights="scaled"), model.scaling, horizon=6, key=KEY)
+    np.testing.assert_allclose(np.std(narrow.encoder.cell.weight_ih), np.sqrt(2 / 102), rtol=0.1)
+    np.testing.assert_array_equal(narrow.encoder.cell.weight_hh, model.encoder.cell.weight_hh)
     gate = np.asarray(model.encoder.cell.weight_hh[:100])
     np.testing.assert_allclose(gate @ gate.T, np.eye(100), atol=1e-5)
