@@ -27,6 +27,7 @@ def errors(rows: list[Row]) -> list[Row]:
             "agent": row["agent"],
             "r": f"{row['rotation']} pi",
             "epochs": row["epochs"],
+            "weights, step": row["recipe"],
             "error": row["model"],
             "oracle": row["oracle"],
             "error / oracle": row["to_oracle"],

@@ -73,6 +73,7 @@ def measure(run: Run, *, num: int) -> dict[str, Any]:
     measured = {
         "seed": config.training.seed,
         "epochs": config.training.epochs,
+        "recipe": f"{config.model.initial_weights}, {config.training.learning_rate:g}",
         "errors": dataclasses.asdict(errors),
         "code_variance": float(jnp.mean(jnp.var(codes, axis=0))),
         "probe_r2": _probe_halves(codes, displacement_targets(probed.displacements.achieved)),

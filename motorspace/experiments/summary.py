@@ -27,6 +27,7 @@ def table_rows(results: Sequence[Row]) -> list[Row]:
                 "to_oracle": relative(row["model"], row["oracle"]),
                 "probe_r2": _spreads([r["probe_r2"] for r in of["model"]]),
                 "epochs": of["model"][0]["epochs"],
+                "recipe": of["model"][0]["recipe"],
                 "num_test": of["model"][0]["errors"]["num_trajectories"],
             }
             rows.append(row)

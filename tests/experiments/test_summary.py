@@ -18,6 +18,7 @@ def run(seed, error, *, part="model", name="table/forward-0.4"):
         "part": part,
         "seed": seed,
         "epochs": 7,
+        "recipe": "wide, 0.006",
         "errors": errors | {"num_trajectories": 100},
         "probe_r2": {"longitudinal": 0.9 + seed / 100},
     }
