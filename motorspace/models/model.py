@@ -138,10 +138,12 @@ def _scaled_layer(
         return eqx.tree_at(lambda m: (m.weight, m.bias), layer, (weight, jnp.zeros((out_size,))))
     input_key, hidden_key = jax.random.split(key)
     hidden_size, in_size = layer.hidden_size, layer.input_size
-    glorot = jax.nn.initializers.glorot_uniform(1, 0)
-    from_input = [glorot(k, (hidden_size, in_size)) for k in jax.random.split(input_key, 4)]
     if wide:
-        from_input = [jax.random.normal(input_key, (4 * hidden_size, in_size))]
+        from_input = jax.random.normal(input_key, (4 * hidden_size, in_size))
+    else:
+        glorot = jax.nn.initializers.glorot_uniform(1, 0)
+        gates = [glorot(k, (hidden_size, in_size)) for k in jax.random.split(input_key, 4)]
+        from_input = jnp.concatenate(gates)
     orthogonal = jax.nn.initializers.orthogonal()
     from_hidden = [
         orthogonal(k, (hidden_size, hidden_size)) for k in jax.random.split(hidden_key, 4)
@@ -151,7 +153,7 @@ def _scaled_layer(
         lambda m: (m.weight_ih, m.weight_hh, m.bias),
         layer,
         (
-            jnp.concatenate(from_input),
+            from_input,
             jnp.concatenate(from_hidden),
             bias.at[hidden_size : 2 * hidden_size].set(1.0),
         ),
