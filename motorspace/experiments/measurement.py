@@ -55,11 +55,7 @@ def as_seen_by(config: RunConfig, trajectories: Trajectories) -> Experience:
 
 
 def measure(run: Run, *, num: int) -> dict[str, Any]:
-    """Errors on `num` fresh trajectories, the codes' variance, and linear probes of them.
-
-    Probes are fitted on one half of `num`, at most 8,000, other trajectories, and tested on the
-    other half.
-    """
+    """Errors on `num` fresh trajectories, the codes' variance, and linear probes of them."""
     config = run.config
     errors_key, probe_key = jax.random.split(jax.random.key(TEST_SEED + config.training.seed))
 
@@ -67,7 +63,7 @@ def measure(run: Run, *, num: int) -> dict[str, Any]:
         return as_seen_by(config, draw_test(config, count, key=key))
 
     errors = prediction_errors(run.predict, draw, num=num, key=errors_key)
-    probed = draw_test(config, min(num, CHUNK_SIZE), key=probe_key)
+    probed = draw_test(config, CHUNK_SIZE, key=probe_key)
     seen = as_seen_by(config, probed)
     codes = run.encode(seen.motors, seen.num_steps)
     measured = {
