@@ -1,16 +1,18 @@
 """Motor encoders: a motor sequence in, a code out. One sequence; batching is `vmap`."""
 
 import abc
-from typing import Literal
+from collections.abc import Callable
+from typing import Any, Literal
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from motorspace._types import Code, Count, Key, Motors
 
 EncoderName = Literal["lstm", "gru", "sum", "mlp", "none", "identity"]
-
+Hidden = Float[Array, "T H"]
 
 MAX_UNROLL = 8
 
@@ -47,19 +49,49 @@ class RecurrentEncoder(AbstractMotorEncoder):
         self.to_code = eqx.nn.Linear(hidden_size, code_size, key=code_key)
 
     def __call__(self, motors: Motors, num_steps: Count) -> Code:
-        zero = jnp.zeros(self.cell.hidden_size)
-        gated = isinstance(self.cell, eqx.nn.LSTMCell)
-
-        def advance(state, motor):  # type: ignore[no-untyped-def]
-            state = self.cell(motor, state)
-            return state, state[0] if gated else state
-
-        # Unrolled, since one iteration holds too little work; long sequences only in part,
-        # since compilation grows with the number of copies.
-        start = (zero, zero) if gated else zero
-        _, hidden = jax.lax.scan(advance, start, motors, unroll=min(len(motors), MAX_UNROLL))
+        cell = self.cell
+        hidden = _lstm(cell, motors) if isinstance(cell, eqx.nn.LSTMCell) else _gru(cell, motors)
         last = jnp.arange(len(motors)) == num_steps - 1
         return jax.nn.sigmoid(self.to_code(jnp.sum(jnp.where(last[:, None], hidden, 0.0), axis=0)))
+
+
+def _lstm(cell: eqx.nn.LSTMCell, motors: Motors) -> Hidden:
+    """h_1 to h_T. A step's two products are one, and in the first, where h_0 = 0, only one."""
+    assert cell.bias is not None, "the encoder makes its cell with a bias"
+    weight, bias = jnp.concatenate([cell.weight_ih, cell.weight_hh], axis=1), cell.bias
+
+    def gated(gates: Array, memory: Array) -> tuple[Array, Array]:
+        write, keep, content, read = jnp.split(gates, 4)
+        memory = jax.nn.sigmoid(keep) * memory + jax.nn.sigmoid(write) * jnp.tanh(content)
+        return jax.nn.sigmoid(read) * jnp.tanh(memory), memory
+
+    def advance(state: tuple[Array, Array], motor: Array) -> tuple[tuple[Array, Array], Array]:
+        hidden, memory = state
+        state = gated(weight @ jnp.concatenate([motor, hidden]) + bias, memory)
+        return state, state[0]
+
+    first = gated(cell.weight_ih @ motors[0] + bias, jnp.zeros(cell.hidden_size))
+    later = _unrolled(advance, first, motors[1:])
+    return jnp.concatenate([first[0][None], later])
+
+
+def _gru(cell: eqx.nn.GRUCell, motors: Motors) -> Hidden:
+    """h_1 to h_T."""
+
+    def advance(hidden: Array, motor: Array) -> tuple[Array, Array]:
+        hidden = cell(motor, hidden)
+        return hidden, hidden
+
+    return _unrolled(advance, jnp.zeros(cell.hidden_size), motors)
+
+
+def _unrolled(
+    advance: Callable[[Any, Array], tuple[Any, Array]], start: Any, motors: Array
+) -> Array:
+    """`scan`, unrolled since one step holds too little work for an iteration; long sequences only
+    in part, since compilation grows with the number of copies."""
+    unroll = max(1, min(len(motors), MAX_UNROLL))
+    return jax.lax.scan(advance, start, motors, unroll=unroll)[1]
 
 
 class SumEncoder(AbstractMotorEncoder):

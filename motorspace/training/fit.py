@@ -104,20 +104,23 @@ def train_epoch(
     """
     _, epochs_key = jax.random.split(jax.random.key(config.seed))
     epoch_key = jax.random.fold_in(epochs_key, state.epoch)
-    adam = optimiser(config)
+    adam, slow = optimiser(config), model_config.slowness_weight > 0
     batches = _batches(source, config, state.epoch, key=epoch_key)
     trainable, fixed = eqx.partition(state.model, eqx.is_inexact_array)
 
     def loss(trainable: Model, batch: Experience) -> tuple[Scalar, EpochRecord]:
         model = eqx.combine(trainable, fixed)
-        codes, earlier = encode_last_two(model, batch)
+        if slow:
+            codes, earlier = encode_last_two(model, batch)
+        else:
+            codes = earlier = encode_all(model, batch)
         if not model_config.train_encoder:
             codes, earlier = jax.lax.stop_gradient((codes, earlier))
         prediction = prediction_loss(model, batch, codes)
         inverse = inverse_loss(model, batch, codes)
         record = EpochRecord(prediction, inverse, code_variance(codes))
         total = prediction + model_config.inverse_weight * inverse
-        if model_config.slowness_weight > 0:
+        if slow:
             total += model_config.slowness_weight * slowness_loss(codes, earlier)
         return total, record
 
