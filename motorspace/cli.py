@@ -7,8 +7,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
+import jax
 import tyro
 
 from motorspace._errors import UserError
@@ -124,9 +125,7 @@ def inspect_command(file: tyro.conf.Positional[Path], as_json: AsJson = False) -
 
 @app.command(name="reproduce")
 def reproduce_command(
-    what: tyro.conf.Positional[
-        Literal["lattice", "table", "points", "figures", "robots", "all"]
-    ] = "all",
+    what: tyro.conf.Positional[paper.Experiment] = "all",
     budget: paper.Budget = "quick",
     out: Path = Path("runs/paper"),
     seeds: int = 3,
@@ -229,11 +228,19 @@ def progress(what: str, epochs: int) -> Iterator[Watch]:
         yield watch
 
 
+def keep_compiled_programs() -> None:
+    """Compile each program once per machine: later runs, and all processes of one, load it."""
+    caches = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    folder = os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(caches / "motorspace"))
+    jax.config.update("jax_compilation_cache_dir", folder)
+
+
 def main(argv: Sequence[str] | None = None) -> None:
     """Run the command line. Wrong input ends with one sentence and exit code 2."""
     # The products are small: a second thread gains a fifth on an idle machine, and loses an
     # order of magnitude when it waits for a core that another process holds.
     os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false")
+    keep_compiled_programs()
     try:
         app.cli(
             prog="motorspace",

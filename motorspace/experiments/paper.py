@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
+from motorspace._errors import UserError
 from motorspace._files import locked, write_json
 from motorspace._types import Count, Key, Watch
 from motorspace.analysis.baselines import with_displacement_as_motors
@@ -24,6 +25,7 @@ from motorspace.trajectories import Experience, ExperienceSource
 
 Budget = Literal["quick", "fifth", "half", "paper"]
 Part = Literal["model", "oracle", "untrained"]
+Experiment = Literal["lattice", "table", "points", "figures", "robots", "all"]
 
 ROTATIONS = (0.2, 0.4, 0.6, 0.8, 1.0, 1.2)
 PAPER_ERRORS = {
@@ -63,6 +65,9 @@ TEST_TRAJECTORIES: dict[Budget, int] = {
     "half": 1_000_000,
     "paper": 1_000_000,
 }
+
+MEASURED = frozenset({"name", "part", "seed", "epochs", "recipe", "errors", "probe_r2"})
+"""What every run's results tell."""
 
 
 @dataclass(frozen=True)
@@ -174,7 +179,7 @@ def run_job(
     folder = out / job.folder
     results = folder / "results.json"
     if results.exists():
-        return dict(json.loads(results.read_text()))
+        return _read_results(results)
     source: ExperienceSource
     if job.part == "oracle":
         source, scaling = oracle_source(job.config)
@@ -200,6 +205,22 @@ def oracle_source(
 
 
 def finished(out: Path) -> Iterator[dict[str, Any]]:
-    """The results of every finished run below a folder."""
+    """The results of every finished run below a folder. Raises `UserError` for broken ones."""
     for path in sorted(out.glob("*/*/*/seed*/results.json")):
-        yield json.loads(path.read_text())
+        yield _read_results(path)
+
+
+def _read_results(path: Path) -> dict[str, Any]:
+    """What a run was measured at. Raises `UserError` when that is broken or of another version."""
+    try:
+        results = dict(json.loads(path.read_bytes()))
+        missing = MEASURED - results.keys()
+    except (ValueError, TypeError):
+        missing = MEASURED
+    if missing:
+        raise UserError(
+            f"the results lack {', '.join(sorted(missing))}",
+            where=path,
+            remedy="delete this file: the run is then measured again, and not trained again",
+        )
+    return results

@@ -8,19 +8,18 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from motorspace._errors import UserError
 from motorspace._files import locked, write_json
 from motorspace.experiments import figures, paper, robots, summary
 from motorspace.training import RunConfig, fresh_experience, simulation_scaling, train
 
-What = Literal["lattice", "table", "points", "figures", "robots", "all"]
 Report = Callable[[str], None]
 
 
 def reproduce(
-    what: What,
+    what: paper.Experiment,
     out: Path,
     *,
     budget: paper.Budget,

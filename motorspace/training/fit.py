@@ -96,14 +96,15 @@ def train_epoch(
     source: ExperienceSource,
     config: TrainingConfig,
     model_config: ModelConfig,
+    *,
+    key: Key,
 ) -> tuple[TrainState, EpochRecord]:
     """The state after one more epoch, and its record.
 
-    Randomness is a function of the seed and the epoch's number alone: a resumed run continues
+    The epoch's randomness is a function of `key` and its number alone: a resumed run continues
     to the same weights.
     """
-    _, epochs_key = jax.random.split(jax.random.key(config.seed))
-    epoch_key = jax.random.fold_in(epochs_key, state.epoch)
+    epoch_key = jax.random.fold_in(key, state.epoch)
     adam, slow = optimiser(config), model_config.slowness_weight > 0
     batches = _batches(source, config, state.epoch, key=epoch_key)
     trainable, fixed = eqx.partition(state.model, eqx.is_inexact_array)
@@ -175,8 +176,10 @@ def fit(
     and its record. Raises `UserError` when the loss stops being finite; what `watch` was given
     before stays valid.
     """
+    # The key is an argument and no constant of the program: all seeds share one compiled epoch.
+    _, epochs_key = jax.random.split(jax.random.key(config.seed))
     for epoch in range(int(state.epoch), config.epochs):
-        state, record = train_epoch(state, source, config, model)
+        state, record = train_epoch(state, source, config, model, key=epochs_key)
         logged = {name: float(value) for name, value in vars(record).items()}
         if not all(jnp.isfinite(value) for value in logged.values()):
             raise UserError(

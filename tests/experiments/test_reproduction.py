@@ -57,6 +57,15 @@ def test_a_finished_job_is_read_not_repeated(tmp_path, monkeypatch, part):
     assert paper.run_job(job, tmp_path, num_test=100) == first
 
 
+@pytest.mark.parametrize("written", ['{"name": "table/forward-0.8"}', "[1]", '{"name": "tab'])
+def test_results_that_are_broken_or_of_another_version_are_named(tmp_path, written):
+    path = tmp_path / "table" / "forward-0.8" / "model" / "seed0" / "results.json"
+    path.parent.mkdir(parents=True)
+    path.write_text(written)
+    with pytest.raises(UserError, match=r"results\.json: the results lack .*recipe.*; delete this file"):
+        list(paper.finished(tmp_path))
+
+
 def test_workers_end_with_the_command_that_started_them(tmp_path):
     arguments = ["train", "forward", "--layout", "empty", "--epochs", "1000000", "--seeds", "2"]
     command = [sys.executable, "-m", "motorspace.cli", *arguments, "--out", str(tmp_path)]
