@@ -36,8 +36,9 @@ PAPER_ERRORS = {
 
 LATTICE = RunConfig(
     SimulationConfig(agent="lattice", horizon=5, min_horizon=1),
-    ModelConfig(initial_weights="scaled"),
-    TrainingConfig(epochs=500, trajectories_per_epoch=50_000, learning_rate=2e-3),
+    training=TrainingConfig(
+        epochs=500, trajectories_per_epoch=50_000, learning_rate=2e-3, curriculum=0.1
+    ),
 )
 FORWARD = RunConfig(SimulationConfig(agent="forward"))
 HOLONOMIC = RunConfig(SimulationConfig(agent="holonomic"))
