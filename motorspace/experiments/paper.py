@@ -11,7 +11,7 @@ from motorspace._files import locked, write_json
 from motorspace._types import Count, Key, Watch
 from motorspace.analysis.baselines import with_displacement_as_motors
 from motorspace.experiments.measurement import measure
-from motorspace.models import ModelConfig, Scaling
+from motorspace.models import Scaling
 from motorspace.training import (
     RunConfig,
     SimulationConfig,

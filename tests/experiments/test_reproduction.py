@@ -62,7 +62,9 @@ def test_results_that_are_broken_or_of_another_version_are_named(tmp_path, writt
     path = tmp_path / "table" / "forward-0.8" / "model" / "seed0" / "results.json"
     path.parent.mkdir(parents=True)
     path.write_text(written)
-    with pytest.raises(UserError, match=r"results\.json: the results lack .*recipe.*; delete this file"):
+    with pytest.raises(
+        UserError, match=r"results\.json: the results lack .*recipe.*; delete this file"
+    ):
         list(paper.finished(tmp_path))
 
 
