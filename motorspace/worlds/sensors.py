@@ -7,9 +7,10 @@ from typing import Generic, TypeVar
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from motorspace._types import Pose, Sensors
-from motorspace.worlds.geometry import cast
+from motorspace.worlds.geometry import cast, cos_sin
 from motorspace.worlds.world import AbstractWorld, LatticeWorld, WalledWorld
 
 World = TypeVar("World", bound=AbstractWorld)
@@ -46,9 +47,12 @@ class RangeFan(AbstractSensor[WalledWorld]):
 
     def sense(self, world: WalledWorld, pose: Pose) -> Sensors:
         half = self.field_of_view / 2
-        fan = jnp.linspace(-half, half, self.num_rays)
-        angles = fan.reshape(-1, *(1,) * pose.x.ndim) + pose.gaze
-        ranges = cast(world.walls, pose.x, pose.y, angles, self.max_range)
+        fan = np.linspace(-half, half, self.num_rays).reshape(-1, *(1,) * pose.x.ndim)
+        fan_cos, fan_sin = jnp.asarray(np.cos(fan)), jnp.asarray(np.sin(fan))
+        # The fan turned to the gaze, so that only the gaze itself needs a sine.
+        cos, sin = cos_sin(pose.gaze)
+        rays = fan_cos * cos - fan_sin * sin, fan_sin * cos + fan_cos * sin
+        ranges = cast(world.walls, pose.x, pose.y, rays, self.max_range)
         return jnp.concatenate([ranges, pose.head[None]]) if self.sense_head else ranges
 
 

@@ -14,6 +14,7 @@ from motorspace.worlds.geometry import (
     advance,
     cast,
     compose,
+    cos_sin,
     gap_to_move,
     gap_to_point,
     inside,
@@ -92,6 +93,14 @@ def test_wrap_keeps_pi_and_turns_minus_pi_over():
     assert wrap(-jnp.float32(jnp.pi)) == jnp.float32(jnp.pi)
 
 
+def test_cosine_and_sine_are_those_of_float64():
+    angles = np.concatenate([np.linspace(-20, 20, 100_001), np.pi / 4 * np.arange(-16, 17)])
+    angles = angles.astype(np.float32)
+    cos, sin = cos_sin(jnp.asarray(angles))
+    np.testing.assert_allclose(cos, np.cos(angles.astype(float)), atol=2e-7)
+    np.testing.assert_allclose(sin, np.sin(angles.astype(float)), atol=2e-7)
+
+
 def range_by_shapely(walls, origin, angle, max_range):
     """Distance along a ray to walls, float64."""
     end = origin + max_range * np.array([np.cos(angle), np.sin(angle)])
@@ -105,7 +114,7 @@ def test_cast_agrees_with_shapely(name):
     world, rng = layout(name), np.random.default_rng(1)
     origins = rng.uniform(1, 39, (400, 2)).astype(np.float32)
     angles = rng.uniform(-np.pi, np.pi, 400).astype(np.float32)
-    found = cast(world.walls, *jnp.asarray(origins.T), jnp.asarray(angles)[None], 10.0)[0]
+    found = cast(world.walls, *jnp.asarray(origins.T), cos_sin(jnp.asarray(angles)[None]), 10.0)[0]
     walls = np.asarray(world.walls, np.float64)
     expected = [
         range_by_shapely(walls, o, a, 10.0)
@@ -118,7 +127,7 @@ def test_cast_agrees_with_shapely(name):
 def test_no_ray_leaks_through_a_corner():
     """Towards the ends of an unbroken outline a ray never reads farther than the corner."""
     world, rng = layout("empty"), np.random.default_rng(2)
-    read = jax.jit(lambda x, y, angles: cast(world.walls, x, y, angles, 100.0))
+    read = jax.jit(lambda x, y, angles: cast(world.walls, x, y, cos_sin(angles), 100.0))
     for origin in rng.uniform(1, 39, (50, 2)):
         corners = np.asarray(world.walls[:, 0], float) - origin
         angles = jnp.asarray(np.arctan2(corners[:, 1], corners[:, 0]), jnp.float32)
@@ -128,17 +137,17 @@ def test_no_ray_leaks_through_a_corner():
 
 def test_a_ray_along_a_wall_reads_a_wall_and_no_nonsense():
     wall = jnp.array([[[2.0, 0.0], [5.0, 0.0]]])
-    edge_on = cast(wall, jnp.float32(0), jnp.float32(0), jnp.zeros(1), 10.0)[0]
+    edge_on = cast(wall, jnp.float32(0), jnp.float32(0), cos_sin(jnp.zeros(1)), 10.0)[0]
     assert any(np.isclose(edge_on, reading) for reading in (2.0, 5.0, 10.0))
-    grazing = cast(wall, jnp.float32(0), jnp.float32(1e-3), jnp.array([-2.5e-4]), 10.0)[0]
+    grazing = cast(wall, jnp.float32(0), jnp.float32(1e-3), cos_sin(jnp.array([-2.5e-4])), 10.0)[0]
     np.testing.assert_allclose(grazing, 4.0, atol=1e-2)
 
 
 def test_rays_behind_and_beyond_the_range_read_the_range():
     wall = jnp.array([[[2.0, -1.0], [2.0, 1.0]]])
-    readings = cast(wall, jnp.float32(0), jnp.float32(0), jnp.array([0.0, np.pi]), 10.0)
+    readings = cast(wall, jnp.float32(0), jnp.float32(0), cos_sin(jnp.array([0.0, np.pi])), 10.0)
     np.testing.assert_allclose(readings, [2.0, 10.0])
-    assert cast(wall, jnp.float32(0), jnp.float32(0), jnp.zeros(1), 1.5)[0] == 1.5
+    assert cast(wall, jnp.float32(0), jnp.float32(0), cos_sin(jnp.zeros(1)), 1.5)[0] == 1.5
 
 
 whole = st.integers(-8, 8).map(lambda v: v / 4)
