@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: demo test test-slow lint format reproduce tables clean
+.PHONY: demo test test-slow lint format reproduce bench tables clean
 
 demo: $(STAMP)
 	$(BIN)/motorspace demo --out demo
@@ -27,12 +27,21 @@ format: $(STAMP)
 reproduce: $(STAMP)
 	$(BIN)/motorspace reproduce all --budget paper --out runs/paper
 
+# Side by side with other software, which has a folder of its own.
+bench: .venv-bench/.installed
+	.venv-bench/bin/python -m benchmarks
+
+.venv-bench/.installed: pyproject.toml constraints.txt
+	$(PYTHON) -m venv .venv-bench
+	.venv-bench/bin/python -m pip install --quiet --constraint constraints.txt --editable '.[bench]'
+	touch $@
+
 # The tables of the documentation and results/paper/summary.json, from results/paper/*.json.
 tables: $(STAMP)
 	$(BIN)/python docs/tables.py
 
 clean:
-	rm -rf .venv demo build dist
+	rm -rf .venv .venv-bench demo build dist
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv

@@ -37,7 +37,7 @@ PAPER_ERRORS = {
 LATTICE = RunConfig(
     SimulationConfig(agent="lattice", horizon=5, min_horizon=1),
     training=TrainingConfig(
-        epochs=500, trajectories_per_epoch=50_000, learning_rate=2e-3, curriculum=0.1
+        epochs=500, trajectories_per_epoch=50_000, learning_rate=2e-3, curriculum=0.0
     ),
 )
 FORWARD = RunConfig(SimulationConfig(agent="forward"))

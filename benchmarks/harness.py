@@ -1,0 +1,88 @@
+"""Fair timing: contenders take turns in one process, and a busy neighbour spoils the run."""
+
+import json
+import os
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+MOST_FOREIGN_LOAD = 0.1
+"""Cores' worth of other processes' work above which a launch does not count."""
+
+CLOCK_TICKS = os.sysconf("SC_CLK_TCK")
+
+
+@dataclass(frozen=True)
+class Contender:
+    """One implementation of a piece of work."""
+
+    name: str
+    run: Callable[[], object]
+    """Does the work once and waits for its end."""
+    amount: float
+    """Units of work done by one run."""
+
+
+@dataclass(frozen=True)
+class Launch:
+    """What one process measured."""
+
+    suite: str
+    unit: str
+    threads: int
+    rates: dict[str, list[float]]
+    """Units per second of each contender, one for every turn."""
+    first_seconds: dict[str, float]
+    """The first run, compilation included."""
+    errors: dict[str, dict[str, float]]
+    foreign_load: float
+
+    @property
+    def counts(self) -> bool:
+        return self.foreign_load <= MOST_FOREIGN_LOAD
+
+
+def take_turns(
+    contenders: Sequence[Contender], *, turns: int = 5, seconds: float = 0.5
+) -> tuple[dict[str, list[float]], dict[str, float], float]:
+    """Rates of every contender by turn, the seconds of its first run, and the foreign load.
+
+    In its turn a contender runs again and again for `seconds`; its best run counts, since
+    whatever else the machine does can only slow it down.
+    """
+    first = {c.name: _seconds_of(c.run) for c in contenders}
+    rates: dict[str, list[float]] = {c.name: [] for c in contenders}
+    busy, own, begun = _busy_seconds(), _own_seconds(), time.perf_counter()
+    for _ in range(turns):
+        for contender in contenders:
+            best, until = float("inf"), time.perf_counter() + seconds
+            while time.perf_counter() < until:
+                best = min(best, _seconds_of(contender.run))
+            rates[contender.name].append(contender.amount / best)
+    foreign = (_busy_seconds() - busy) - (_own_seconds() - own)
+    return rates, first, max(0.0, foreign) / (time.perf_counter() - begun)
+
+
+def report(launch: Launch) -> None:
+    """Hand a launch to the process that started this one."""
+    Path(os.environ["BENCHMARK_OUT"]).write_text(json.dumps(asdict(launch)))
+
+
+def _seconds_of(run: Callable[[], object]) -> float:
+    begun = time.perf_counter()
+    run()
+    return time.perf_counter() - begun
+
+
+def _busy_seconds() -> float:
+    """Seconds that all cores together have worked since the machine started."""
+    user, nice, system, _, _, irq, softirq, *_ = map(
+        int, Path("/proc/stat").read_text().split("\n")[0].split()[1:]
+    )
+    return (user + nice + system + irq + softirq) / CLOCK_TICKS
+
+
+def _own_seconds() -> float:
+    """Seconds that this process and its finished children have worked."""
+    return sum(os.times()[:4])
