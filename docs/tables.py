@@ -16,7 +16,11 @@ from motorspace.reports.page import markdown_table
 
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "results" / "paper"
-PAGES = (ROOT / "README.md", ROOT / "docs" / "reproduction.md")
+PERFORMANCE = ROOT / "results" / "performance"
+PAGES = (
+    ROOT / "README.md",
+    *(ROOT / "docs" / f"{page}.md" for page in ("reproduction", "performance")),
+)
 Row = dict[str, Any]
 
 
@@ -117,6 +121,26 @@ def robot_probes(rows: list[Row]) -> list[Row]:
     return [{"recording": r["recording"], **r["probe_r2 of model"]} for r in rows]
 
 
+def benchmarks(rows: list[Row]) -> list[Row]:
+    """Ours beside every peer, the median and the range over launches."""
+
+    def spread(values: Row) -> str:
+        return "{median:.3g} ({low:.3g} to {high:.3g})".format(**values)
+
+    return [
+        {
+            "work": row["work"],
+            "threads": row["threads"],
+            "unit": f"{row['unit']}/s",
+            "motorspace": spread(row["ours"]),
+            "peer": row["peer"],
+            "its rate": spread(row["theirs"]),
+            "ratio": spread(row["ratio"]),
+        }
+        for row in rows
+    ]
+
+
 def targets(rows: list[Row]) -> list[Row]:
     """Every claim with its target."""
     columns = ("claim", "epochs", "seeds", "measured", "interval", "target", "holds", "reason")
@@ -154,6 +178,10 @@ def filled() -> dict[Path, str]:
         if source in files
     }
     tables["targets"] = markdown_table(targets(summary))
+    if (measured := PERFORMANCE / "benchmarks.json").exists():
+        tables["benchmarks"] = markdown_table(benchmarks(json.loads(measured.read_text())["rows"]))
+        wanted = json.loads((PERFORMANCE / "summary.json").read_text())
+        tables["performance_targets"] = markdown_table(targets(wanted))
     made = {RESULTS / "summary.json": json.dumps(summary, indent=1) + "\n"}
     for page in PAGES:
         made[page] = re.sub(

@@ -1,0 +1,47 @@
+"""The harness measures what it says; the peers themselves are tried by `make bench`."""
+
+import time
+
+import numpy as np
+import pytest
+
+from benchmarks.harness import Contender, Launch, take_turns
+from benchmarks.sensing import FAN, MAX_RANGE, exact_ranges
+from motorspace import Pose, RangeFan, layout
+
+
+def test_contenders_take_turns_and_the_faster_has_the_higher_rate():
+    order = []
+
+    def slow():
+        order.append("slow")
+        time.sleep(0.02)
+
+    def fast():
+        order.append("fast")
+        time.sleep(0.002)
+
+    work = [Contender("slow", slow, 1), Contender("fast", fast, 1)]
+    rates, first, foreign = take_turns(work, turns=2, seconds=0.05)
+    turns = [name for name, before in zip(order, [None, *order], strict=False) if name != before]
+    assert turns == ["slow", "fast", "slow", "fast", "slow", "fast"]
+    assert len(rates["slow"]) == len(rates["fast"]) == 2
+    assert max(rates["slow"]) <= 50 < min(rates["fast"]) <= 500
+    assert first["slow"] >= 0.02 and foreign >= 0
+
+
+@pytest.mark.parametrize(("load", "counts"), [(0.05, True), (0.5, False)])
+def test_a_launch_beside_a_busy_neighbour_does_not_count(load, counts):
+    assert Launch("scans", "rays", 1, {}, {}, {}, load).counts is counts
+
+
+def test_our_scans_agree_with_the_float64_oracle_of_the_benchmarks():
+    world, rng = layout("benchmarks/w12.layout"), np.random.default_rng(0)
+    assert len(world.walls) == 12
+    x, y, heading = rng.uniform([[1], [1], [-3]], [[39], [39], [3]], (3, 200)).astype(np.float32)
+    found = RangeFan().sense(world, Pose(x, y, heading, np.zeros_like(x)))
+    exact = exact_ranges(
+        np.asarray(world.walls, float), *(v.astype(float) for v in (x, y)), FAN[:, None] + heading
+    )
+    assert exact.min() < 2 and exact.max() == MAX_RANGE
+    np.testing.assert_allclose(found, exact, atol=1e-3)
