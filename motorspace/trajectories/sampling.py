@@ -1,5 +1,6 @@
 """Draw trajectories from a world: same key, same trajectories."""
 
+import os
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -17,7 +18,10 @@ from motorspace.worlds.simulation import nominal_displacement
 from motorspace.worlds.world import AbstractWorld
 
 CHUNK_SIZE = 8192
-"""Trajectories simulated at once: memory stays bounded however many are asked for."""
+"""Trajectories simulated at once: what is needed beside the result stays bounded."""
+
+COPIES = 2
+"""How many times the result's size is in use at most while it is put together."""
 
 
 def sample(
@@ -39,7 +43,8 @@ def sample(
     in a row the trajectory begins anew elsewhere); `"block"` logs it and discards its
     translation. Trajectory i depends on `key` and i alone.
 
-    Raises `UserError` for sizes below one.
+    Raises `UserError` for sizes below one, and, before anything is allocated, for a number of
+    trajectories that does not fit into the machine's memory.
     """
     shortest = horizon if min_horizon is None else min_horizon
     if num < 1 or shortest < 1 or horizon < shortest:
@@ -47,11 +52,28 @@ def sample(
             f"cannot sample {num} trajectories of {shortest} to {horizon} steps",
             remedy="ask for at least one trajectory of at least one step",
         )
+    sizes = horizon, len(agent.motor_scale), len(sensor.scale(world))
+    _refuse_what_does_not_fit(num, bytes_per_trajectory(*sizes))
     plan, lengths = (
         SamplingPlan(num, horizon, collision),
         (jnp.array(shortest), jnp.array(horizon)),
     )
     return simulate(world, agent, sensor, plan, lengths, key=key)
+
+
+def bytes_per_trajectory(horizon: int, motor_size: int, sensor_size: int) -> int:
+    """Size of one trajectory: commands, sensors before and after, length, two displacements."""
+    return 4 * (horizon * motor_size + 2 * sensor_size + 1 + 2 * 3)
+
+
+def _refuse_what_does_not_fit(num: int, size: int) -> None:
+    memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    fitting = memory // (COPIES * size)
+    if num > fitting:
+        raise UserError(
+            f"{num:,} trajectories do not fit into {memory / 2**30:.0f} GiB of memory",
+            remedy=f"ask for at most {fitting:,} at a time",
+        )
 
 
 class SamplingPlan(NamedTuple):

@@ -17,6 +17,7 @@ from motorspace import (
     layout,
     sample,
 )
+from motorspace.trajectories.sampling import bytes_per_trajectory
 
 PAPER, FAN = layout("paper"), RangeFan()
 SYSTEMS = {
@@ -99,6 +100,19 @@ def test_a_trajectory_depends_on_the_key_and_its_number_alone():
 def test_impossible_sizes_are_told(sizes):
     with pytest.raises(UserError, match="cannot sample"):
         sample(*SYSTEMS["forward"], **sizes, key=KEY)
+
+
+def test_more_than_memory_holds_is_refused_before_it_is_drawn():
+    with pytest.raises(
+        UserError, match=r"1,000,000,000,000 trajectories .* GiB.*at most [\d,]+ at"
+    ):
+        sample(*SYSTEMS["forward"], num=10**12, horizon=6, key=KEY)
+
+
+def test_the_stated_size_is_the_size():
+    drawn = sample(*SYSTEMS["holonomic"], num=NUM, horizon=6, key=KEY)
+    size = sum(leaf.nbytes for leaf in jax.tree.leaves(drawn))
+    assert size == NUM * bytes_per_trajectory(6, 4, 9)
 
 
 def test_batches_of_sensors_equal_a_loop():
