@@ -109,8 +109,9 @@ def spread(values: list[float]) -> dict[str, float]:
 
 
 def claim(row: dict[str, Any], target: float) -> dict[str, Any]:
-    ratio = row["ratio"]
-    return {
+    """A target and whether it holds; why not is said in results/performance/reasons.json."""
+    ratio, reasons = row["ratio"], json.loads((OUT / "reasons.json").read_text())
+    made = {
         "claim": f"{row['work']}, {row['threads']} threads: rate over that of {row['peer']}",
         "measured": ratio["median"],
         "interval": [ratio["low"], ratio["high"]],
@@ -119,6 +120,7 @@ def claim(row: dict[str, Any], target: float) -> dict[str, Any]:
         "command": "make bench",
         "date": date.today().isoformat(),
     }
+    return made if made["holds"] else made | {"reason": reasons.get(made["claim"], "not known")}
 
 
 def machine() -> dict[str, Any]:
