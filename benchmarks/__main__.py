@@ -35,20 +35,21 @@ TARGETS = {
 
 def main() -> None:
     """Measure, then write every rate and the targets."""
-    rows, claims = [], []
+    rows = []
     for module, threads, settings in SUITES:
         launches, rejected = launch(module, threads, settings)
         if not launches:
             sys.exit(f"benchmarks: {module}: the machine was busy in all of {ATTEMPTS} launches")
         rows += suite_rows(launches, rejected)
-    for row in rows:
-        target = TARGETS.get((row["work"], row["threads"], row["peer"]))
-        if target is not None:
-            claims.append(claim(row, target))
-    OUT.mkdir(parents=True, exist_ok=True)
     described = {"command": "make bench", "date": date.today().isoformat(), "machine": machine()}
     write_json(OUT / "benchmarks.json", described | {"rows": rows})
-    (OUT / "summary.json").write_text(json.dumps(claims, indent=1) + "\n")
+    reasons = json.loads((OUT / "reasons.json").read_text())
+    claims = [
+        claim(row, target, reasons)
+        for row in rows
+        if (target := TARGETS.get((row["work"], row["threads"], row["peer"])))
+    ]
+    write_json(OUT / "summary.json", claims)
 
 
 def launch(module: str, threads: int, settings: dict[str, str]) -> tuple[list[Launch], int]:
@@ -108,9 +109,9 @@ def spread(values: list[float]) -> dict[str, float]:
     return {"median": statistics.median(values), "low": min(values), "high": max(values)}
 
 
-def claim(row: dict[str, Any], target: float) -> dict[str, Any]:
-    """A target and whether it holds; why not is said in results/performance/reasons.json."""
-    ratio, reasons = row["ratio"], json.loads((OUT / "reasons.json").read_text())
+def claim(row: dict[str, Any], target: float, reasons: dict[str, str]) -> dict[str, Any]:
+    """A target and whether it holds; `reasons` says why one does not."""
+    ratio = row["ratio"]
     made = {
         "claim": f"{row['work']}, {row['threads']} threads: rate over that of {row['peer']}",
         "measured": ratio["median"],
