@@ -30,15 +30,16 @@ reproduce: $(STAMP)
 # Side by side with other software, which has a folder of its own.
 bench: .venv-bench/.installed
 	.venv-bench/bin/python -m benchmarks
+	.venv-bench/bin/python -m docs.tables
 
 .venv-bench/.installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv-bench
 	.venv-bench/bin/python -m pip install --quiet --constraint constraints.txt --editable '.[bench]'
 	touch $@
 
-# The tables of the documentation and results/paper/summary.json, from results/paper/*.json.
+# The tables of the documentation and every summary.json, from the other files in results/.
 tables: $(STAMP)
-	$(BIN)/python docs/tables.py
+	$(BIN)/python -m docs.tables
 
 clean:
 	rm -rf .venv .venv-bench demo build dist

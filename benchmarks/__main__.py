@@ -21,20 +21,10 @@ SUITES = [
     ("training", 2, {"BENCHMARK_BATCH": "100"}),
     ("training", 2, {"BENCHMARK_BATCH": "1000"}),
 ]
-TARGETS = {
-    ("scans", 2, "Open3D"): 20.0,
-    ("scans", 2, "VMAS"): 150.0,
-    ("training, batch 1000", 2, "nn.LSTM, fused Adam"): 1.7,
-    ("training, batch 1000", 2, "torch.compile, fused Adam"): 1.2,
-    ("training, batch 100", 2, "nn.LSTM, fused Adam"): 1.3,
-    ("training, batch 100", 2, "torch.compile, fused Adam"): 1.15,
-    ("training, batch 1000", 2, "FMA peak"): 0.38,
-}
-"""How many times as fast as a peer we want to be, at least; of the peak, which share."""
 
 
 def main() -> None:
-    """Measure, then write every rate and the targets."""
+    """Measure, then write every rate; the claims about them are made with the tables."""
     rows = []
     for module, threads, settings in SUITES:
         launches, rejected = launch(module, threads, settings)
@@ -43,13 +33,6 @@ def main() -> None:
         rows += suite_rows(launches, rejected)
     described = {"command": "make bench", "date": date.today().isoformat(), "machine": machine()}
     write_json(OUT / "benchmarks.json", described | {"rows": rows})
-    reasons = json.loads((OUT / "reasons.json").read_text())
-    claims = [
-        claim(row, target, reasons)
-        for row in rows
-        if (target := TARGETS.get((row["work"], row["threads"], row["peer"])))
-    ]
-    write_json(OUT / "summary.json", claims)
 
 
 def launch(module: str, threads: int, settings: dict[str, str]) -> tuple[list[Launch], int]:
@@ -107,21 +90,6 @@ def ratios(run: Launch, peer: str) -> list[float]:
 
 def spread(values: list[float]) -> dict[str, float]:
     return {"median": statistics.median(values), "low": min(values), "high": max(values)}
-
-
-def claim(row: dict[str, Any], target: float, reasons: dict[str, str]) -> dict[str, Any]:
-    """A target and whether it holds; `reasons` says why one does not."""
-    ratio = row["ratio"]
-    made = {
-        "claim": f"{row['work']}, {row['threads']} threads: rate over that of {row['peer']}",
-        "measured": ratio["median"],
-        "interval": [ratio["low"], ratio["high"]],
-        "target": f"at least {target}",
-        "holds": ratio["low"] >= target,
-        "command": "make bench",
-        "date": date.today().isoformat(),
-    }
-    return made if made["holds"] else made | {"reason": reasons.get(made["claim"], "not known")}
 
 
 def machine() -> dict[str, Any]:

@@ -10,8 +10,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import benchmarks.claims
 from motorspace._files import write_atomically
-from motorspace.experiments.summary import claims
+from motorspace.experiments.summary import claims, judged
 from motorspace.reports.page import markdown_table
 
 ROOT = Path(__file__).parent.parent
@@ -121,7 +122,7 @@ def robot_probes(rows: list[Row]) -> list[Row]:
     return [{"recording": r["recording"], **r["probe_r2 of model"]} for r in rows]
 
 
-def benchmarks(rows: list[Row]) -> list[Row]:
+def rates(rows: list[Row]) -> list[Row]:
     """Ours beside every peer, the median and the range over launches."""
 
     def spread(values: Row) -> str:
@@ -178,22 +179,26 @@ def filled() -> dict[Path, str]:
         if source in files
     }
     tables["targets"] = markdown_table(targets(summary))
+    made = {RESULTS / "summary.json": summary}
     if (measured := PERFORMANCE / "benchmarks.json").exists():
-        tables["benchmarks"] = markdown_table(benchmarks(json.loads(measured.read_text())["rows"]))
-        wanted = json.loads((PERFORMANCE / "summary.json").read_text())
+        file = json.loads(measured.read_text())
+        reasons = json.loads((PERFORMANCE / "reasons.json").read_text())
+        reached = judged(benchmarks.claims.claims(file["rows"]), file, reasons)
+        made[PERFORMANCE / "summary.json"] = reached
         columns = ("claim", "measured", "interval", "target", "holds", "reason")
+        tables["benchmarks"] = markdown_table(rates(file["rows"]))
         tables["performance_targets"] = markdown_table(
-            [{c: row[c] for c in columns} for row in targets(wanted)]
+            [{c: row[c] for c in columns} for row in targets(reached)]
         )
-    made = {RESULTS / "summary.json": json.dumps(summary, indent=1) + "\n"}
+    texts = {path: json.dumps(rows, indent=1) + "\n" for path, rows in made.items()}
     for page in PAGES:
-        made[page] = re.sub(
+        texts[page] = re.sub(
             r"(<!-- table: (\w+) -->\n).*?(<!-- end -->)",
             lambda found: found[1] + tables.get(found[2], "Not measured yet.\n") + found[3],
             page.read_text(),
             flags=re.DOTALL,
         )
-    return made
+    return texts
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from benchmarks.claims import claims
 from benchmarks.harness import Contender, Launch, take_turns
 from benchmarks.sensing import FAN, MAX_RANGE, exact_ranges
 from motorspace import Pose, RangeFan, layout
@@ -46,3 +47,11 @@ def test_our_scans_agree_with_the_float64_oracle_of_the_benchmarks():
     )
     assert exact.min() < 2 and exact.max() == MAX_RANGE
     np.testing.assert_allclose(found, exact, atol=1e-3)
+
+
+@pytest.mark.parametrize(("low", "holds"), [(20.0, True), (19.9, False)])
+def test_a_rate_is_claimed_where_it_has_a_target(low, holds):
+    ratio = {"median": 21.0, "low": low, "high": 22.0}
+    row = {"work": "scans", "threads": 2, "peer": "Open3D", "ratio": ratio}
+    (claim,) = claims([row, row | {"peer": "of no target"}])
+    assert (claim["measured"], claim["holds"]) == (21.0, holds)

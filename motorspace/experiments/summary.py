@@ -85,12 +85,35 @@ def claims(files: Mapping[str, Row], reasons: Mapping[str, str]) -> list[Row]:
         "points": lambda rows: [],
         "robots": _robot_claims,
     }
-    found = []
-    for name, file in files.items():
-        for claim in makers[name](file["rows"]):
-            reason = {} if claim["holds"] else {"reason": reasons.get(claim["claim"], "not known")}
-            found.append(claim | reason | {"command": file["command"], "date": file["date"]})
-    return found
+    return [
+        claim
+        for name, file in files.items()
+        for claim in judged(makers[name](file["rows"]), file, reasons)
+    ]
+
+
+def judged(found: Sequence[Row], file: Row, reasons: Mapping[str, str]) -> list[Row]:
+    """The claims found in a file with its command and date, and why those fail that do."""
+    return [
+        claim
+        | ({} if claim["holds"] else {"reason": reasons.get(claim["claim"], "not known")})
+        | {"command": file["command"], "date": file["date"]}
+        for claim in found
+    ]
+
+
+def claimed(
+    claim: str, measured: Row, *, least: float | None = None, most: float | None = None
+) -> Row:
+    """What is claimed of a spread: it holds when all of `low` to `high` meets the target."""
+    holds = measured["low"] >= least if least is not None else measured["high"] <= (most or 0.0)
+    return {
+        "claim": claim,
+        "measured": measured["mean"],
+        "interval": [measured["low"], measured["high"]],
+        "target": f"at least {least}" if least is not None else f"at most {most}",
+        "holds": holds,
+    }
 
 
 def _table_claims(cells: list[Row]) -> list[Row]:
@@ -99,11 +122,11 @@ def _table_claims(cells: list[Row]) -> list[Row]:
         name = f"{cell['agent']}, r = {cell['rotation']} pi"
         scope = {"epochs": cell["epochs"], "seeds": cell["model"]["seeds"]}
         if cell["to_oracle"]:
-            claim = _claim(f"{name}: error over its oracle's", cell["to_oracle"], most=1.10)
+            claim = claimed(f"{name}: error over its oracle's", cell["to_oracle"], most=1.10)
             made.append(claim | scope)
         worst = cell["model"]["high"] / cell["mean"]
         made.append(
-            _claim(
+            claimed(
                 f"{name}: every seed has left the plateau (largest error over the mean's)",
                 {"mean": worst, "low": worst, "high": worst},
                 most=0.85,
@@ -120,12 +143,12 @@ def _lattice_claims(kinds: list[Row]) -> list[Row]:
             continue
         name = kind["name"]
         scope = {"epochs": kind["epochs"], "seeds": kind["accuracy"]["seeds"]}
-        exact = _claim(f"{name}: accuracy over every case", kind["accuracy"], least=1.0)
+        exact = claimed(f"{name}: accuracy over every case", kind["accuracy"], least=1.0)
         made.append(exact | scope)
         if name == "lattice/with-slowness":
             for component in ("longitudinal", "lateral"):
                 made.append(
-                    _claim(
+                    claimed(
                         f"{name}: R2 of {component} displacement from 3 components",
                         kind["r2_from_components"]["3"][component],
                         least=0.9,
@@ -145,22 +168,9 @@ def _robot_claims(robots: list[Row]) -> list[Row]:
             ("the no-motor model's", blind, 0.85),
         ):
             ratio = {k: robot["model"][k] / value for k in ("mean", "low", "high")}
-            claim = _claim(f"{robot['recording']}: error over {reference}", ratio, most=most)
+            claim = claimed(f"{robot['recording']}: error over {reference}", ratio, most=most)
             made.append(claim | {"seeds": robot["seeds"]})
     return made
-
-
-def _claim(
-    claim: str, measured: Row, *, least: float | None = None, most: float | None = None
-) -> Row:
-    holds = measured["low"] >= least if least is not None else measured["high"] <= (most or 0.0)
-    return {
-        "claim": claim,
-        "measured": measured["mean"],
-        "interval": [measured["low"], measured["high"]],
-        "target": f"at least {least}" if least is not None else f"at most {most}",
-        "holds": holds,
-    }
 
 
 def spread(values: Sequence[float]) -> Row | None:

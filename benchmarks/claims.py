@@ -1,0 +1,29 @@
+"""What is claimed of the rates."""
+
+from typing import Any
+
+from motorspace.experiments.summary import claimed
+
+TARGETS = {
+    ("scans", 2, "Open3D"): 20.0,
+    ("scans", 2, "VMAS"): 150.0,
+    ("training, batch 1000", 2, "nn.LSTM, fused Adam"): 1.7,
+    ("training, batch 1000", 2, "torch.compile, fused Adam"): 1.2,
+    ("training, batch 100", 2, "nn.LSTM, fused Adam"): 1.3,
+    ("training, batch 100", 2, "torch.compile, fused Adam"): 1.15,
+    ("training, batch 1000", 2, "FMA peak"): 0.38,
+}
+"""How many times as fast as a peer we want to be, at least; of the peak, which share."""
+
+
+def claims(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Every target that is measured in `rows`, and whether it holds."""
+    return [
+        claimed(
+            f"{row['work']}, {row['threads']} threads: rate over that of {row['peer']}",
+            row["ratio"] | {"mean": row["ratio"]["median"]},
+            least=target,
+        )
+        for row in rows
+        if (target := TARGETS.get((row["work"], row["threads"], row["peer"])))
+    ]
