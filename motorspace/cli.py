@@ -228,11 +228,16 @@ def progress(what: str, epochs: int) -> Iterator[Watch]:
         yield watch
 
 
+MOST_CACHED = 2**30
+"""Bytes of compiled programs to keep; those used least lately go first."""
+
+
 def keep_compiled_programs() -> None:
     """Compile each program once per machine: later runs, and all processes of one, load it."""
     caches = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     folder = os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(caches / "motorspace"))
     jax.config.update("jax_compilation_cache_dir", folder)
+    jax.config.update("jax_compilation_cache_max_size", MOST_CACHED)
 
 
 def main(argv: Sequence[str] | None = None) -> None:
