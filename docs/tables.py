@@ -66,6 +66,7 @@ def lattice(rows: list[Row]) -> list[Row]:
             "run": row["name"].split("/")[1].replace("-", " ")
             + (", untrained encoder" if row["part"] == "untrained" else ""),
             "epochs": row["epochs"],
+            "weights, step": row["recipe"],
             "accuracy": row["accuracy"],
             "within / total, pose": row["within_to_total_pose"],
             "within / total, translation": row["within_to_total"],

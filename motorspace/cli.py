@@ -240,6 +240,23 @@ def keep_compiled_programs() -> None:
     jax.config.update("jax_compilation_cache_max_size", MOST_CACHED)
 
 
+def refuse_missing_device() -> None:
+    """Raise `UserError` with the devices there are when JAX_PLATFORMS asks for another."""
+    asked = os.environ.get("JAX_PLATFORMS")
+    if not asked:
+        return
+    try:
+        jax.devices()
+    except (RuntimeError, AssertionError):
+        jax.config.update("jax_platforms", "")
+        present = ", ".join(sorted({device.platform for device in jax.devices()}))
+        raise UserError(
+            f"there is no device {asked!r} here",
+            where="JAX_PLATFORMS",
+            remedy=f"choose from: {present}",
+        ) from None
+
+
 def main(argv: Sequence[str] | None = None) -> None:
     """Run the command line. Wrong input ends with one sentence and exit code 2."""
     # The products are small: a second thread gains a fifth on an idle machine, and loses an
@@ -247,6 +264,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false")
     keep_compiled_programs()
     try:
+        refuse_missing_device()
         app.cli(
             prog="motorspace",
             args=argv,

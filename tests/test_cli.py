@@ -1,9 +1,13 @@
 """The command line: wrong input is one sentence and exit code 2; right input does the work."""
 
 import json
+import os
 import runpy
+import subprocess
+import sys
 from pathlib import Path
 
+import jax
 import pytest
 
 from motorspace import load_run
@@ -110,3 +114,21 @@ def test_the_readme_runs():
         names: dict[str, object] = {}
         exec(block.split("```")[0], names)
         assert names["codes"].shape == (1000, 50)
+
+
+@pytest.mark.parametrize("device", ["quantum", "cuda"])
+def test_a_device_that_is_missing_is_told_with_those_there_are(device):
+    if device == "cuda" and jax.default_backend() == "gpu":
+        pytest.skip("this machine has one")
+    done = subprocess.run(
+        [sys.executable, "-m", "motorspace.cli", "train", "lattice"],
+        env=os.environ | {"JAX_PLATFORMS": device},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[-1].startswith(
+        f"motorspace: JAX_PLATFORMS: there is no device '{device}' here; choose from: cpu"
+    )
+    assert "Traceback" not in done.stderr
