@@ -233,11 +233,22 @@ MOST_CACHED = 2**30
 
 
 def keep_compiled_programs() -> None:
-    """Compile each program once per machine: later runs, and all processes of one, load it."""
+    """Compile each program once per machine: later runs, and all processes of one, load it.
+
+    A folder that JAX_COMPILATION_CACHE_DIR names is its owner's, and gets no bound of ours.
+    """
+    if "JAX_COMPILATION_CACHE_DIR" in os.environ:
+        return
     caches = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    folder = os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(caches / "motorspace"))
-    jax.config.update("jax_compilation_cache_dir", folder)
-    jax.config.update("jax_compilation_cache_max_size", MOST_CACHED)
+    folder = caches / "motorspace" / "compiled"
+    settings = {
+        "jax_compilation_cache_dir": str(folder),
+        "jax_compilation_cache_max_size": MOST_CACHED,
+    }
+    for name, value in settings.items():
+        jax.config.update(name, value)
+        # Workers must keep to the bound: one entry written without it stops all later writing.
+        os.environ[name.upper()] = str(value)
 
 
 def refuse_missing_device() -> None:

@@ -11,7 +11,7 @@ import jax
 import pytest
 
 from motorspace import load_run
-from motorspace.cli import main
+from motorspace.cli import MOST_CACHED, main
 
 ROOT = Path(__file__).parents[1]
 TINY = [
@@ -132,3 +132,27 @@ def test_a_device_that_is_missing_is_told_with_those_there_are(device):
         f"motorspace: JAX_PLATFORMS: there is no device '{device}' here; choose from: cpu"
     )
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("named", [False, True])
+def test_workers_share_the_bounded_cache_and_leave_a_named_one_alone(tmp_path, named):
+    worker = """
+import jax
+print(jax.config.jax_compilation_cache_dir, jax.config.jax_compilation_cache_max_size)
+"""
+    parent = f"""
+import subprocess, sys
+from motorspace.cli import keep_compiled_programs
+keep_compiled_programs()
+{worker}
+subprocess.run([sys.executable, "-c", {worker!r}], check=True)
+"""
+    environment = {k: v for k, v in os.environ.items() if not k.startswith("JAX_COMPILATION")}
+    environment |= {"XDG_CACHE_HOME": str(tmp_path), "PYTHONUNBUFFERED": "1"}
+    if named:
+        environment["JAX_COMPILATION_CACHE_DIR"] = "mine"
+    done = subprocess.run(
+        [sys.executable, "-c", parent], env=environment, capture_output=True, text=True, check=True
+    )
+    expected = "mine -1" if named else f"{tmp_path}/motorspace/compiled {MOST_CACHED}"
+    assert done.stdout.splitlines() == [expected, expected]
