@@ -41,8 +41,12 @@ def lattice_rows(results: Sequence[Row]) -> list[Row]:
         for part, runs in _by_part(results, name).items():
             if not runs:
                 continue
-            row: Row = {"name": name, "part": part}
-            row |= {"epochs": runs[0]["epochs"], "recipe": runs[0]["recipe"]}
+            row: Row = {
+                "name": name,
+                "part": part,
+                "epochs": runs[0]["epochs"],
+                "recipe": runs[0]["recipe"],
+            }
             for number in ("accuracy", "within_to_total", "within_to_total_pose", "code_variance"):
                 row[number] = spread([r[number] for r in runs])
             row["cases"] = {

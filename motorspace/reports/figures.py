@@ -65,8 +65,9 @@ def trajectories_figure(world: WalledWorld, paths: Sequence[Pose]) -> Figure:
         axes.scatter(x[:1], y[:1], s=22, color=colour)
         arrows = (np.cos(gaze), np.sin(gaze))
         # Half a world unit each, so that hardly one reaches through a wall that no agent crosses.
-        data_units: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": 2}
-        axes.quiver(x, y, *arrows, color=colour, width=0.003, **data_units)
+        axes.quiver(
+            x, y, *arrows, color=colour, angles="xy", scale_units="xy", scale=2, width=0.003
+        )
     return figure
 
 
