@@ -12,11 +12,13 @@ from typing import Any
 
 import benchmarks.claims
 from motorspace._files import write_atomically
-from motorspace.experiments.summary import claims, judged
+from motorspace.experiments.paper import finished
+from motorspace.experiments.summary import claims, gathered, judged
 from motorspace.reports.page import markdown_table
 
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "results" / "paper"
+RUNS = ROOT / "results" / "runs"
 PERFORMANCE = ROOT / "results" / "performance"
 PAGES = (
     ROOT / "README.md",
@@ -169,11 +171,9 @@ TABLES: dict[str, tuple[str, Callable[[list[Row]], list[Row]]]] = {
 
 def filled() -> dict[Path, str]:
     """What every file made from the results must hold."""
-    files = {
-        name: json.loads(path.read_text())
-        for name in ("table", "lattice", "points", "robots")
-        if (path := RESULTS / f"{name}.json").exists()
-    }
+    long = [*finished(RUNS / "fifth"), *finished(RUNS / "paper")]
+    files = gathered(long, "paper") | gathered(list(finished(RUNS / "quick")), "quick")
+    files["robots"] = json.loads((RESULTS / "robots.json").read_text())
     summary = claims(files, json.loads((RESULTS / "reasons.json").read_text()))
     tables = {
         name: markdown_table(make(files[source]["rows"]))

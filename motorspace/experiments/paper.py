@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from datetime import date
 from pathlib import Path
 from typing import Any, Literal
 
@@ -67,7 +68,7 @@ TEST_TRAJECTORIES: dict[Budget, int] = {
     "paper": 1_000_000,
 }
 
-MEASURED = frozenset({"name", "part", "seed", "epochs", "recipe", "errors", "probe_r2"})
+MEASURED = frozenset({"name", "part", "date", "seed", "epochs", "recipe", "errors", "probe_r2"})
 """What every run's results tell."""
 
 
@@ -187,7 +188,8 @@ def run_job(
     else:
         source, scaling = fresh_experience(job.config), simulation_scaling(job.config)
     run = train(job.config, source, scaling, folder, resume=True, watch=watch)
-    measured = {"name": job.name, "part": job.part, **measure(run, num=num_test)}
+    made = {"name": job.name, "part": job.part, "date": date.today().isoformat()}
+    measured = made | measure(run, num=num_test)
     with locked(folder):
         write_json(results, measured)
     return measured

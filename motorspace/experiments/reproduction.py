@@ -8,7 +8,6 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
-from typing import Any
 
 from motorspace._errors import UserError
 from motorspace._files import locked, write_json
@@ -45,14 +44,8 @@ def reproduce(
         wanted += paper.point_jobs(budget, seeds=seeds)
     with locked(folder):
         run_all(wanted, folder, budget=budget, processes=processes, report=report)
-        results = list(paper.finished(folder))
-        for name, rows in {
-            "table": summary.table_rows(results),
-            "lattice": summary.lattice_rows(results),
-            "points": summary.point_rows(results),
-        }.items():
-            if rows:
-                write_results(folder / f"{name}.json", rows, f"{name} --budget {budget}", seeds)
+        for name, shown in summary.gathered(list(paper.finished(folder)), budget).items():
+            write_json(folder / f"{name}.json", shown)
     if what in ("figures", "all"):
         figures.write_all(folder)
     report(f"results: {folder}")
@@ -70,15 +63,11 @@ def reproduce_robots(out: Path, logs: Path | None, *, seeds: int, report: Report
         for name, experiment in robots.EXPERIMENTS.items():
             log = logs / name
             rows.append(robots.robot_results(log, experiment, out, seeds=seeds, report=report))
-            write_results(out / "robots.json", rows, "robots --logs FOLDER", seeds)
+            command = f"motorspace reproduce robots --logs FOLDER --seeds {seeds}"
+            shown = {"command": command, "date": date.today().isoformat(), "rows": rows}
+            write_json(out / "robots.json", shown)
         figures.write_robots(out, logs)
     report(f"results: {out / 'robots.json'}")
-
-
-def write_results(path: Path, rows: list[dict[str, Any]], arguments: str, seeds: int) -> None:
-    """Keep rows with the command that made them, and its day."""
-    command = f"motorspace reproduce {arguments} --seeds {seeds}"
-    write_json(path, {"command": command, "date": date.today().isoformat(), "rows": rows})
 
 
 def run_all(

@@ -9,6 +9,23 @@ from motorspace.experiments import paper
 Row = dict[str, Any]
 
 
+def gathered(results: Sequence[Row], budget: paper.Budget) -> dict[str, Row]:
+    """What each experiment has shown so far: {"command", "date", "rows"}.
+
+    The date is that of the newest run, the seeds are as many as the cell with most has.
+    """
+    makers = {"table": table_rows, "lattice": lattice_rows, "points": point_rows}
+    shown = {}
+    for experiment, rows in makers.items():
+        runs = [r for r in results if r["name"].startswith(f"{experiment}/")]
+        if runs:
+            seeds = 1 + max(r["seed"] for r in runs)
+            command = f"motorspace reproduce {experiment} --budget {budget} --seeds {seeds}"
+            newest = max(r["date"] for r in runs)
+            shown[experiment] = {"command": command, "date": newest, "rows": rows(runs)}
+    return shown
+
+
 def table_rows(results: Sequence[Row]) -> list[Row]:
     """One row per cell of the paper's table I."""
     rows = []

@@ -16,6 +16,7 @@ def run(seed, error, *, part="model", name="table/forward-0.4"):
     return {
         "name": name,
         "part": part,
+        "date": f"2026-01-0{1 + seed}",
         "seed": seed,
         "epochs": 7,
         "recipe": "wide, 0.006",
@@ -37,6 +38,15 @@ def test_a_cell_is_the_mean_and_range_of_its_seeds(rows):
     assert row["to_oracle"]["mean"] == pytest.approx(1.0)
     assert row["untrained"] is None
     assert row["probe_r2"]["longitudinal"]["high"] == pytest.approx(0.91)
+
+
+def test_an_experiment_tells_the_command_and_day_of_its_newest_run():
+    runs = [run(0, 4.0), run(1, 5.0), run(0, 1.0, name="points/every default")]
+    shown = summary.gathered(runs, "half")
+    assert shown["table"]["command"] == "motorspace reproduce table --budget half --seeds 2"
+    assert shown["table"]["date"] == "2026-01-02"
+    assert [row["point"] for row in shown["points"]["rows"]] == ["every default"]
+    assert shown.keys() == {"table", "points"}
 
 
 def test_a_claim_holds_only_when_its_whole_interval_does(rows):
