@@ -3,8 +3,6 @@
 from typing import Any
 
 import gymnasium
-import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, UInt8
 
@@ -13,11 +11,10 @@ from motorspace._types import Pose
 from motorspace.environments.render import render
 from motorspace.environments.setting import (
     AgentName,
-    advance_all,
-    begin_all,
+    advance,
+    begin,
     build_setting,
     jax_key,
-    pose_row,
 )
 
 Observation = Float[np.ndarray, " K"]
@@ -60,30 +57,23 @@ class ExplorationEnv(gymnasium.Env[Observation, Any]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         super().reset(seed=seed)
-        pose, sensors = begin_all(self.setting, jax_key(self.np_random)[None])
-        self._pose, self._steps = _only(pose), 0
-        return np.array(sensors[0], np.float32), self._info(blocked=False)
+        self._pose, outcome = begin(self.setting, jax_key(self.np_random))
+        self._steps = 0
+        return self._told(outcome)
 
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         if self._pose is None:
             raise gymnasium.error.ResetNeeded("call reset before step")
-        poses = jax.tree.map(lambda leaf: leaf[None], self._pose)
-        pose, sensors, blocked = advance_all(self.setting, poses, jnp.asarray(action)[None])
-        self._pose = _only(pose)
+        self._pose, outcome = advance(self.setting, self._pose, np.asarray(action))
         self._steps += 1
-        truncated = self._steps >= self.max_steps
-        info = self._info(blocked=bool(blocked[0]))
-        return np.array(sensors[0], np.float32), 0.0, False, truncated, info
+        observation, info = self._told(outcome)
+        return observation, 0.0, False, self._steps >= self.max_steps, info
 
     def render(self) -> UInt8[np.ndarray, "H W 3"] | None:
         if self.render_mode is None or self._pose is None:
             return None
         return render(self.setting.world, self.setting.sensor, self._pose)
 
-    def _info(self, *, blocked: bool) -> dict[str, Any]:
-        assert self._pose is not None
-        return {"pose": pose_row(self._pose), "blocked": blocked}
-
-
-def _only(poses: Pose) -> Pose:
-    return jax.tree.map(lambda leaf: leaf[0], poses)
+    def _told(self, outcome: Any) -> tuple[Observation, dict[str, Any]]:
+        observation, info = self.setting.told(outcome)
+        return observation, info | {"blocked": bool(info["blocked"])}

@@ -13,11 +13,10 @@ from motorspace._errors import UserError
 from motorspace._types import Pose
 from motorspace.environments.setting import (
     AgentName,
-    advance_all,
+    advance,
     begin_all,
     build_setting,
     jax_key,
-    pose_row,
 )
 
 Observations = Float[np.ndarray, "N K"]
@@ -63,34 +62,29 @@ class ExplorationVectorEnv(VectorEnv[Observations, Any, Any]):
         self, *, seed: Any = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
         super().reset(seed=seed)
-        self._poses, sensors = self._begin()
+        self._poses, outcome = self._begin()
         self._steps = np.zeros(self.num_envs, int)
-        return np.array(sensors, np.float32), self._info(np.zeros(self.num_envs, bool))
+        return self._told(outcome)
 
     def step(self, actions: Any) -> Step:
         assert self._poses is not None, "call reset before step"
         again = self._steps >= self.max_steps
-        poses, sensors, blocked = advance_all(self.setting, self._poses, jnp.asarray(actions))
+        poses, outcome = advance(self.setting, self._poses, np.asarray(actions))
         if again.any():
-            fresh, fresh_sensors = self._begin()
+            fresh, fresh_outcome = self._begin()
             mask = jnp.asarray(again)
             poses = jax.tree.map(lambda a, b: jnp.where(mask, a, b), fresh, poses)
-            sensors = jnp.where(mask[:, None], fresh_sensors, sensors)
+            outcome = jnp.where(mask[:, None], fresh_outcome, outcome)
         self._poses = poses
         self._steps = np.where(again, 0, self._steps + 1)
+        observations, info = self._told(outcome)
         never, nothing = np.zeros(self.num_envs, bool), np.zeros(self.num_envs)
-        info = self._info(np.asarray(blocked) & ~again)
-        return np.array(sensors, np.float32), nothing, never, self._steps >= self.max_steps, info
+        return observations, nothing, never, self._steps >= self.max_steps, info
 
     def _begin(self) -> tuple[Pose, Any]:
         return begin_all(self.setting, jax.random.split(jax_key(self.np_random), self.num_envs))
 
-    def _info(self, blocked: Flags) -> dict[str, Any]:
-        assert self._poses is not None
+    def _told(self, outcome: Any) -> tuple[Observations, dict[str, Any]]:
+        observations, info = self.setting.told(outcome)
         present = np.ones(self.num_envs, bool)
-        return {
-            "pose": pose_row(self._poses),
-            "_pose": present,
-            "blocked": blocked,
-            "_blocked": present.copy(),
-        }
+        return observations, info | {"_pose": present, "_blocked": present.copy()}

@@ -19,9 +19,9 @@ faces a wall from nearby and cannot turn away."""
 MAX_ATTEMPTS = 256
 """So many places an agent tries to begin at; then its sequence ends early."""
 
-STAGES = ((1, 1), (4, 2), (32, 8))
-"""Agents keep step while more than 1 in 4 of them is under way, then those late ones among
-themselves while more than 1 in 32 is, and so on: (one in how many, commands drawn at once)."""
+STAGES = ((1, 1), (8, 2), (64, 8))
+"""Agents keep step while more than 1 in 8 of them is under way, then those late ones among
+themselves while more than 1 in 64 is, and so on: (one in how many, commands drawn at once)."""
 
 FEWEST = 16
 """A stage of fewer agents than this is not worth its compilation."""

@@ -12,7 +12,7 @@ from motorspace._types import Displacement, Pose, Walls
 Batch = Float[Array, "*batch"]
 Carry = TypeVar("Carry")
 
-UNROLL = 8
+UNROLL = 4
 """Walls per turn of the loop over walls."""
 
 MARGIN = 1e-3
