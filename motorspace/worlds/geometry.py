@@ -8,8 +8,11 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from motorspace._types import Displacement, Pose, Walls
+from motorspace.worlds.tiles import Tiles, in_groups
 
 Batch = Float[Array, "*batch"]
+Point = tuple[Batch, Batch]
+Directions = tuple[Float[Array, "K *batch"], Float[Array, "K *batch"]]
 Carry = TypeVar("Carry")
 
 UNROLL = 4
@@ -99,14 +102,27 @@ class WallFrame(NamedTuple):
         return self.along_x * dx + self.along_y * dy, self.along_x * dy - self.along_y * dx
 
 
-def least_gap(walls: Walls, gap: Callable[[WallFrame], Batch]) -> Batch:
-    """The smallest of `gap` over all walls; O(walls)."""
-    middle, half_span = (walls[:, 0] + walls[:, 1]) / 2, (walls[:, 1] - walls[:, 0]) / 2
-    half = jnp.hypot(half_span[:, 0], half_span[:, 1])
-    along = half_span / half[:, None]
-    frames = WallFrame(middle[:, 0], middle[:, 1], along[:, 0], along[:, 1], half)
-    shape = jax.eval_shape(gap, jax.tree.map(lambda field: field[0], frames)).shape
-    nothing_near = jnp.full(shape, jnp.inf)
+def wall_frame(ends: Float[Array, "2 2 *S"]) -> WallFrame:
+    """The frames of walls, given by their two end points' x and y."""
+    (ax, ay), (bx, by) = ends
+    span_x, span_y = (bx - ax) / 2, (by - ay) / 2
+    half = jnp.hypot(span_x, span_y)
+    return WallFrame((ax + bx) / 2, (ay + by) / 2, span_x / half, span_y / half, half)
+
+
+def least_gap(
+    walls: Walls | Tiles, gap: Callable[[WallFrame], Batch], place: Point, reach: Batch
+) -> Batch:
+    """The smallest of `gap` over all walls; in `Tiles`, over those within `reach` of a place."""
+    if isinstance(walls, Tiles):
+        return walls.fold(
+            lambda least, ends: jnp.minimum(least, gap(wall_frame(ends))),
+            jnp.full(place[0].shape, jnp.inf),
+            place,
+            lambda least: reach,
+        )
+    frames = wall_frame(jnp.moveaxis(walls, 0, -1))
+    nothing_near = jnp.full(place[0].shape, jnp.inf)
     return _over_walls(lambda least, wall: jnp.minimum(least, gap(wall)), nothing_near, frames)
 
 
@@ -150,10 +166,9 @@ def inside(edges: Walls, x: Batch, y: Batch) -> Bool[Array, "*batch"]:
 
 
 def cast(
-    walls: Walls,
-    x: Batch,
-    y: Batch,
-    directions: tuple[Float[Array, "K *batch"], Float[Array, "K *batch"]],
+    walls: Walls | Tiles,
+    place: Point,
+    directions: Directions,
     max_range: float,
 ) -> Float[Array, "K *batch"]:
     """Distance to the first wall along each ray, at most `max_range`; O(rays x walls).
@@ -162,12 +177,31 @@ def cast(
     lie on both sides of it: s_a, s_b, the cross products of the direction with the end points,
     differ in sign. Two walls that share a corner see the same product, so nothing leaks through.
     The meeting point is (a x b) / (s_b - s_a) away. Its reciprocal needs one division for all
-    the rays of a place, and is negative for what lies behind.
+    the rays of a place, and is negative for what lies behind. In `Tiles` only walls are looked at
+    that are nearer than what all rays have met.
     """
-    cos, sin = directions
+    if isinstance(walls, Tiles):
+        return 1 / in_groups(
+            lambda place, directions: walls.fold(
+                _nearer(place, directions),
+                jnp.full(directions[0].shape, 1 / max_range),
+                place,
+                lambda met: 1 / jnp.min(met, axis=0),
+            ),
+            place[0].shape,
+            place,
+            directions,
+        )
+    nothing_met = jnp.full(directions[0].shape, 1 / max_range)
+    return 1 / _over_walls(_nearer(place, directions), nothing_met, walls)
+
+
+def _nearer(place: Point, directions: Directions) -> Callable[[Array, Array], Array]:
+    """How near the next wall is along each ray, if nothing before it was nearer: 1 / distance."""
+    (x, y), (cos, sin) = place, directions
 
     def nearer(
-        nearness: Float[Array, "K *batch"], wall: Float[Array, "2 2"]
+        nearness: Float[Array, "K *batch"], wall: Float[Array, "2 2 *walls"]
     ) -> Float[Array, "K *batch"]:
         (ax, ay), (bx, by) = wall
         to_ax, to_ay = ax - x, ay - y
@@ -177,7 +211,7 @@ def cast(
         met = (side_a >= 0) != (side_b >= 0)
         return jnp.maximum(nearness, jnp.where(met, (side_b - side_a) * away, 0.0))
 
-    return 1 / _over_walls(nearer, jnp.full(cos.shape, 1 / max_range), walls)
+    return nearer
 
 
 def _over_walls(visit: Callable[[Carry, Any], Carry], start: Carry, walls: Any) -> Carry:

@@ -23,6 +23,7 @@ import numpy as np
 
 from motorspace._errors import UserError
 from motorspace._types import Pose
+from motorspace.worlds.tiles import tiled
 from motorspace.worlds.world import WalledWorld
 
 Point = tuple[float, float]
@@ -30,6 +31,9 @@ Segment = tuple[Point, Point]
 
 STATEMENTS = ("title", "bounds", "wall", "solid")
 MIN_FREE_SHARE = 0.05
+
+INDEXED_FROM = 100
+"""Walls from which on looking up those around a place is faster than visiting all."""
 
 
 @dataclass(frozen=True)
@@ -51,10 +55,10 @@ class Layout:
 
     def world(self) -> WalledWorld:
         """The world with these walls."""
-        walls, solids = self.segments()
-        return WalledWorld(
-            jnp.asarray(walls, float), jnp.asarray(solids, float).reshape(-1, 2, 2), self.bounds
-        )
+        segments, solid = self.segments()
+        walls, solids = jnp.asarray(segments, float), jnp.asarray(solid, float).reshape(-1, 2, 2)
+        tiles = tiled(np.asarray(segments), self.bounds) if len(segments) >= INDEXED_FROM else None
+        return WalledWorld(walls, solids, self.bounds, tiles)
 
     def text(self) -> str:
         """The layout in the file format of this module."""

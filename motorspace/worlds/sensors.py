@@ -52,7 +52,8 @@ class RangeFan(AbstractSensor[WalledWorld]):
         # The fan turned to the gaze, so that only the gaze itself needs a sine.
         cos, sin = cos_sin(pose.gaze)
         rays = fan_cos * cos - fan_sin * sin, fan_sin * cos + fan_cos * sin
-        ranges = cast(world.walls, pose.x, pose.y, rays, self.max_range)
+        walls = world.walls_within(self.max_range)
+        ranges = cast(walls, (pose.x, pose.y), rays, self.max_range)
         return jnp.concatenate([ranges, pose.head[None]]) if self.sense_head else ranges
 
 

@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 
 from motorspace._types import Count, Flag, Flags, Key, Pose, Walls
 from motorspace.worlds import geometry
+from motorspace.worlds.tiles import Tiles, in_groups
 
 START_ATTEMPTS = 256
 
@@ -48,12 +49,19 @@ class WalledWorld(AbstractWorld):
 
     `walls` holds every segment, the outer ones included; `solids` those that bound closed
     obstacles, in whose inside nothing may stand; `bounds` is (x low, y low, x high, y high).
-    World units.
+    World units. Many walls are also kept in `tiles`, where those around a place are found.
     """
 
     walls: Walls
     solids: Float[Array, "E 2 2"]
     bounds: tuple[float, float, float, float] = eqx.field(static=True)
+    tiles: Tiles | None = None
+
+    def walls_within(self, reach: float) -> Walls | Tiles:
+        """Where to look for walls that are at most `reach` away from a place in the bounds."""
+        if self.tiles is None or reach > self.tiles.reach:
+            return self.walls
+        return self.tiles
 
     def draw(self, *, key: Key) -> Pose:
         x_low, y_low, x_high, y_high = self.bounds
@@ -65,15 +73,45 @@ class WalledWorld(AbstractWorld):
         x_low, y_low, x_high, y_high = self.bounds
         x, y = pose.x, pose.y
         in_bounds = (x > x_low) & (x < x_high) & (y > y_low) & (y < y_high)
-        gap = geometry.least_gap(self.walls, lambda wall: geometry.gap_to_point(wall, x, y))
-        return in_bounds & (gap > 0) & ~geometry.inside(self.solids, x, y)
+        apart = in_groups(self._apart, x.shape, pose) if self.tiles else self._apart(pose)
+        return in_bounds & apart & ~geometry.inside(self.solids, x, y)
 
     def blocked(self, start: Pose, end: Pose) -> Flags:
-        def gap(wall: geometry.WallFrame) -> Float[Array, "*batch"]:
-            move = geometry.gap_to_move(wall, start, end)
-            return jnp.minimum(move, geometry.gap_to_point(wall, end.x, end.y))
+        tiles = self.tiles
+        if tiles is None:
+            return _hindered(self.walls, start, end)
 
-        return geometry.least_gap(self.walls, gap) <= 0
+        def hindered(start: Pose, end: Pose) -> Flags:
+            return jax.lax.cond(
+                jnp.max(_length(start, end)) < tiles.reach - 1,
+                lambda: _hindered(tiles, start, end),
+                lambda: _hindered(self.walls, start, end),
+            )
+
+        return in_groups(hindered, start.x.shape, start, end)
+
+    def _apart(self, pose: Pose) -> Flags:
+        x, y = pose.x, pose.y
+        walls, reach = self.walls_within(1.0), jnp.full(x.shape, 3 * geometry.MARGIN)
+        gap = geometry.least_gap(
+            walls, lambda wall: geometry.gap_to_point(wall, x, y), (x, y), reach
+        )
+        return gap > 0
+
+
+def _length(start: Pose, end: Pose) -> Float[Array, "*batch"]:
+    return jnp.hypot(end.x - start.x, end.y - start.y)
+
+
+def _hindered(walls: Walls | Tiles, start: Pose, end: Pose) -> Flags:
+    """Whether a move meets a wall, or ends too near to one."""
+
+    def gap(wall: geometry.WallFrame) -> Float[Array, "*batch"]:
+        move = geometry.gap_to_move(wall, start, end)
+        return jnp.minimum(move, geometry.gap_to_point(wall, end.x, end.y))
+
+    reach = _length(start, end) + 3 * geometry.MARGIN
+    return geometry.least_gap(walls, gap, (start.x, start.y), reach) <= 0
 
 
 class LatticeWorld(AbstractWorld):
