@@ -31,7 +31,7 @@ def write_all(folder: Path) -> list[Path]:
         environment, trajectories = world_figures(SimulationConfig(agent=agent))
         pictures |= {"environment": environment, f"trajectories-{agent}": trajectories}
         cells = {
-            f"{agent}, r = {rotation} pi": folder / f"table/{agent}-{rotation}/model/seed0"
+            f"{agent}, r = {rotation} pi": folder / f"table/{agent}-{rotation}/model"
             for rotation in SHOWN_ROTATIONS
         }
         rows = _rows(cells)
@@ -40,14 +40,14 @@ def write_all(folder: Path) -> list[Path]:
             pictures[f"codes-{agent}-uniform"] = figures.codes_figure(
                 rows, colours=figures.UNIFORM_COLOURS
             )
-        run = _finished(folder / f"table/{agent}-0.8/model/seed0")
+        run = _first_finished(folder / f"table/{agent}-0.8/model")
         if run is not None:
             codes, displacements = codes_of(run)
             row = (f"{agent}, r = 0.8 pi", ica(codes), displacements)
             pictures[f"ica-{agent}"] = figures.codes_figure([row], axis_name="IC")
     lattice = _rows(
         {
-            kind.replace("-", " "): folder / f"lattice/{kind}/model/seed0"
+            kind.replace("-", " "): folder / f"lattice/{kind}/model"
             for kind in paper.LATTICE_KINDS
         }
     )
@@ -92,15 +92,17 @@ def codes_of(run: Run) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _rows(runs: Mapping[str, Path]) -> list[Row]:
-    """Title, principal components and displacements of every run that is finished."""
+    """Title, principal components and displacements, where a seed's run is finished."""
     rows = []
     for title, folder in runs.items():
-        run = _finished(folder)
+        run = _first_finished(folder)
         if run is not None:
             codes, displacements = codes_of(run)
             rows.append((title, pca(codes).coordinates, displacements))
     return rows
 
 
-def _finished(folder: Path) -> Run | None:
-    return load_run(folder) if (folder / "weights.safetensors").exists() else None
+def _first_finished(folder: Path) -> Run | None:
+    """The finished run of the lowest seed."""
+    finished = sorted(folder.glob("seed*/weights.safetensors"))
+    return load_run(finished[0].parent) if finished else None
