@@ -46,10 +46,7 @@ def write_all(folder: Path) -> list[Path]:
             row = (f"{agent}, r = 0.8 pi", ica(codes), displacements)
             pictures[f"ica-{agent}"] = figures.codes_figure([row], axis_name="IC")
     lattice = _rows(
-        {
-            kind.replace("-", " "): folder / f"lattice/{kind}/model"
-            for kind in paper.LATTICE_KINDS
-        }
+        {kind.replace("-", " "): folder / f"lattice/{kind}/model" for kind in paper.LATTICE_KINDS}
     )
     if lattice:
         pictures["lattice"] = figures.lattice_figure(lattice)
