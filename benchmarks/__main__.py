@@ -18,21 +18,35 @@ OUT = Path("results/performance")
 SUITES = [
     ("sensing", 1, {}),
     ("sensing", 2, {}),
+    ("many_walls", 1, {}),
+    ("trajectories", 2, {}),
+    ("stepping", 1, {}),
     ("training", 2, {"BENCHMARK_BATCH": "100"}),
     ("training", 2, {"BENCHMARK_BATCH": "1000"}),
 ]
 
 
 def main() -> None:
-    """Measure, then write every rate; the claims about them are made with the tables."""
-    rows = []
+    """Measure the suites named, or all; the claims about the rates are made with the tables.
+
+    Rows of suites that are not named stay as they were measured before.
+    """
+    named = sys.argv[1:] or [module for module, *_ in SUITES]
+    if unknown := set(named) - {module for module, *_ in SUITES}:
+        sys.exit(f"benchmarks: there is no suite {', '.join(sorted(unknown))}")
+    out = OUT / "benchmarks.json"
+    kept = json.loads(out.read_text())["rows"] if out.exists() else []
+    rows = [row for row in kept if row.get("suite") not in named]
     for module, threads, settings in SUITES:
+        if module not in named:
+            continue
         launches, rejected = launch(module, threads, settings)
         if not launches:
             sys.exit(f"benchmarks: {module}: the machine was busy in all of {ATTEMPTS} launches")
-        rows += suite_rows(launches, rejected)
+        described = {"suite": module, "processor": machine()["processor"]}
+        rows += [described | row for row in suite_rows(launches, rejected)]
     described = {"command": "make bench", "date": date.today().isoformat(), "machine": machine()}
-    write_json(OUT / "benchmarks.json", described | {"rows": rows})
+    write_json(out, described | {"rows": rows})
 
 
 def launch(module: str, threads: int, settings: dict[str, str]) -> tuple[list[Launch], int]:
@@ -67,10 +81,12 @@ def suite_rows(launches: list[Launch], rejected: int) -> list[dict[str, Any]]:
             "unit": first.unit,
             "threads": first.threads,
             "peer": peer,
-            "ours": spread([statistics.median(run.rates["motorspace"]) for run in launches]),
-            "theirs": spread([statistics.median(run.rates[peer]) for run in launches]),
+            "ours": median_and_range(
+                [statistics.median(run.rates["motorspace"]) for run in launches]
+            ),
+            "theirs": median_and_range([statistics.median(run.rates[peer]) for run in launches]),
             # Turn by turn, so that whatever slows the machine slows both.
-            "ratio": spread([statistics.median(ratios(run, peer)) for run in launches]),
+            "ratio": median_and_range([statistics.median(ratios(run, peer)) for run in launches]),
             "first run, seconds": {
                 name: statistics.median(run.first_seconds[name] for run in launches)
                 for name in ("motorspace", peer)
@@ -88,7 +104,7 @@ def ratios(run: Launch, peer: str) -> list[float]:
     return [a / b for a, b in zip(run.rates["motorspace"], run.rates[peer], strict=True)]
 
 
-def spread(values: list[float]) -> dict[str, float]:
+def median_and_range(values: list[float]) -> dict[str, float]:
     return {"median": statistics.median(values), "low": min(values), "high": max(values)}
 
 

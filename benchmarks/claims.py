@@ -7,6 +7,12 @@ from motorspace.experiments.summary import claimed
 TARGETS = {
     ("scans", 2, "Open3D"): 20.0,
     ("scans", 2, "VMAS"): 150.0,
+    ("trajectories", 2, "VMAS, batch 1024"): 40.0,
+    ("trajectories", 2, "VMAS, batch 8192"): 40.0,
+    ("one agent's sensed steps", 1, "pymunk"): 1.0,
+    ("one agent's sensed steps", 1, "ir-sim"): 1.0,
+    ("one agent's sensed steps", 1, "RatInABox, no sensors"): 1.0,
+    ("scans among many walls", 1, "own brute force"): 50.0,
     ("training, batch 1000", 2, "nn.LSTM, fused Adam"): 1.7,
     ("training, batch 1000", 2, "torch.compile, fused Adam"): 1.2,
     ("training, batch 100", 2, "nn.LSTM, fused Adam"): 1.3,

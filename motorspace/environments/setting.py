@@ -1,8 +1,9 @@
 """What single and vector environments share: the spaces and the compiled rules."""
 
 import math
+from collections.abc import Callable
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import equinox as eqx
 import jax
@@ -34,7 +35,7 @@ Action = Shaped[Array | np.ndarray, "*batch_action"]
 
 Outcome = Float[Array, "*batch O"]
 """Pose (x, y, heading, head), whether a wall was in the way, sensors: one row per agent, since
-every array that leaves the compiled step costs microseconds."""
+every array that enters or leaves the compiled step costs microseconds."""
 
 Rows = Float[np.ndarray, "*batch K"]
 
@@ -69,16 +70,17 @@ class Setting(eqx.Module):
             command = command.at[1].set((command[1] + 1.0) / 2.0)
         return (command.T * jnp.array(self.agent.motor_scale)).T
 
-    def begin(self, key: Key) -> tuple[Pose, Outcome]:
+    def begin(self, key: Key) -> Outcome:
         """A random free pose and what is sensed there."""
         place_key, head_key = jax.random.split(key)
         pose = self.agent.start(self.world.place(key=place_key), key=head_key)
-        return pose, self._outcome(pose, jnp.zeros(pose.x.shape, bool))
+        return self._outcome(pose, jnp.zeros(pose.x.shape, bool))
 
-    def advance(self, pose: Pose, action: Action) -> tuple[Pose, Outcome]:
-        """The pose after an action, and what came of it, for one agent or a batch."""
+    def advance(self, before: Outcome, action: Action) -> Outcome:
+        """What comes of an action after what came of the one before, for one agent or a batch."""
+        pose = Pose(*jnp.moveaxis(before, -1, 0)[:4])
         after, blocked = step(self.world, self.agent, pose, self.motor(action))
-        return after, self._outcome(after, blocked)
+        return self._outcome(after, blocked)
 
     def _outcome(self, pose: Pose, blocked: Flags) -> Outcome:
         facts = jnp.stack([pose.x, pose.y, pose.heading, pose.head, blocked.astype(float)])
@@ -91,23 +93,21 @@ class Setting(eqx.Module):
         return row[..., 5:], {"pose": row[..., :4], "blocked": row[..., 4] > 0}
 
 
-# Equinox's own jit costs ten times the step of a single agent.
-@jax.jit
-def begin_all(setting: Setting, keys: Keys) -> tuple[Pose, Outcome]:
-    """`Setting.begin` for every key."""
-    return jax.vmap(setting.begin)(keys)
+class Rules(NamedTuple):
+    """A setting's rules, compiled."""
+
+    begin: Callable[[Key], Outcome]
+    begin_all: Callable[[Keys], Outcome]
+    advance: Callable[[Outcome, Action], Outcome]
 
 
-@jax.jit
-def begin(setting: Setting, key: Key) -> tuple[Pose, Outcome]:
-    """`Setting.begin`, compiled."""
-    return setting.begin(key)
-
-
-@jax.jit
-def advance(setting: Setting, pose: Pose, action: Action) -> tuple[Pose, Outcome]:
-    """`Setting.advance`, compiled."""
-    return setting.advance(pose, action)
+def compiled(setting: Setting) -> Rules:
+    """The rules with the setting as a constant: as an argument it costs twice a single step."""
+    return Rules(
+        jax.jit(lambda key: setting.begin(key)),
+        jax.jit(lambda keys: jax.vmap(setting.begin)(keys)),
+        jax.jit(lambda before, action: setting.advance(before, action)),
+    )
 
 
 def build_setting(

@@ -11,9 +11,9 @@ from motorspace._types import Pose
 from motorspace.environments.render import render
 from motorspace.environments.setting import (
     AgentName,
-    advance,
-    begin,
+    Outcome,
     build_setting,
+    compiled,
     jax_key,
 )
 
@@ -46,34 +46,35 @@ class ExplorationEnv(gymnasium.Env[Observation, Any]):
         self.setting = build_setting(
             agent, layout_name=layout, max_rotation=max_rotation, lattice_size=lattice_size
         )
+        self._rules = compiled(self.setting)
         self.render_mode = render_mode
         self.max_steps = max_steps
         self.action_space = self.setting.action_space
         self.observation_space = self.setting.observation_space
-        self._pose: Pose | None = None
+        self._outcome: Outcome | None = None
         self._steps = 0
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         super().reset(seed=seed)
-        self._pose, outcome = begin(self.setting, jax_key(self.np_random))
-        self._steps = 0
-        return self._told(outcome)
+        self._outcome, self._steps = self._rules.begin(jax_key(self.np_random)), 0
+        return self._told()
 
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        if self._pose is None:
+        if self._outcome is None:
             raise gymnasium.error.ResetNeeded("call reset before step")
-        self._pose, outcome = advance(self.setting, self._pose, np.asarray(action))
+        self._outcome = self._rules.advance(self._outcome, np.asarray(action))
         self._steps += 1
-        observation, info = self._told(outcome)
+        observation, info = self._told()
         return observation, 0.0, False, self._steps >= self.max_steps, info
 
     def render(self) -> UInt8[np.ndarray, "H W 3"] | None:
-        if self.render_mode is None or self._pose is None:
+        if self.render_mode is None or self._outcome is None:
             return None
-        return render(self.setting.world, self.setting.sensor, self._pose)
+        return render(self.setting.world, self.setting.sensor, Pose(*self._outcome[:4]))
 
-    def _told(self, outcome: Any) -> tuple[Observation, dict[str, Any]]:
-        observation, info = self.setting.told(outcome)
+    def _told(self) -> tuple[Observation, dict[str, Any]]:
+        assert self._outcome is not None
+        observation, info = self.setting.told(self._outcome)
         return observation, info | {"blocked": bool(info["blocked"])}

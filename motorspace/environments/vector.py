@@ -10,12 +10,11 @@ from gymnasium.vector.utils import batch_space
 from jaxtyping import Bool, Float
 
 from motorspace._errors import UserError
-from motorspace._types import Pose
 from motorspace.environments.setting import (
     AgentName,
-    advance,
-    begin_all,
+    Outcome,
     build_setting,
+    compiled,
     jax_key,
 )
 
@@ -49,42 +48,39 @@ class ExplorationVectorEnv(VectorEnv[Observations, Any, Any]):
         self.setting = build_setting(
             agent, layout_name=layout, max_rotation=max_rotation, lattice_size=lattice_size
         )
+        self._rules = compiled(self.setting)
         self.num_envs = num_envs
         self.max_steps = max_steps
         self.single_action_space = self.setting.action_space
         self.single_observation_space = self.setting.observation_space
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self._poses: Pose | None = None
+        self._outcome: Outcome | None = None
         self._steps = np.zeros(num_envs, int)
 
     def reset(
         self, *, seed: Any = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
         super().reset(seed=seed)
-        self._poses, outcome = self._begin()
-        self._steps = np.zeros(self.num_envs, int)
-        return self._told(outcome)
+        self._outcome, self._steps = self._begin(), np.zeros(self.num_envs, int)
+        return self._told()
 
     def step(self, actions: Any) -> Step:
-        assert self._poses is not None, "call reset before step"
+        assert self._outcome is not None, "call reset before step"
         again = self._steps >= self.max_steps
-        poses, outcome = advance(self.setting, self._poses, np.asarray(actions))
+        self._outcome = self._rules.advance(self._outcome, np.asarray(actions))
         if again.any():
-            fresh, fresh_outcome = self._begin()
-            mask = jnp.asarray(again)
-            poses = jax.tree.map(lambda a, b: jnp.where(mask, a, b), fresh, poses)
-            outcome = jnp.where(mask[:, None], fresh_outcome, outcome)
-        self._poses = poses
+            self._outcome = jnp.where(again[:, None], self._begin(), self._outcome)
         self._steps = np.where(again, 0, self._steps + 1)
-        observations, info = self._told(outcome)
+        observations, info = self._told()
         never, nothing = np.zeros(self.num_envs, bool), np.zeros(self.num_envs)
         return observations, nothing, never, self._steps >= self.max_steps, info
 
-    def _begin(self) -> tuple[Pose, Any]:
-        return begin_all(self.setting, jax.random.split(jax_key(self.np_random), self.num_envs))
+    def _begin(self) -> Outcome:
+        return self._rules.begin_all(jax.random.split(jax_key(self.np_random), self.num_envs))
 
-    def _told(self, outcome: Any) -> tuple[Observations, dict[str, Any]]:
-        observations, info = self.setting.told(outcome)
+    def _told(self) -> tuple[Observations, dict[str, Any]]:
+        assert self._outcome is not None
+        observations, info = self.setting.told(self._outcome)
         present = np.ones(self.num_envs, bool)
         return observations, info | {"_pose": present, "_blocked": present.copy()}

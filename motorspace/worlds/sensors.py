@@ -9,8 +9,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from motorspace._types import Pose, Sensors
-from motorspace.worlds.geometry import cast, cos_sin
+from motorspace._types import Pose, Scalar, Sensors
+from motorspace.worlds.geometry import Batch, cast, cos_sin
 from motorspace.worlds.world import AbstractWorld, LatticeWorld, WalledWorld
 
 World = TypeVar("World", bound=AbstractWorld)
@@ -47,11 +47,16 @@ class RangeFan(AbstractSensor[WalledWorld]):
 
     def sense(self, world: WalledWorld, pose: Pose) -> Sensors:
         half = self.field_of_view / 2
-        fan = np.linspace(-half, half, self.num_rays).reshape(-1, *(1,) * pose.x.ndim)
-        fan_cos, fan_sin = jnp.asarray(np.cos(fan)), jnp.asarray(np.sin(fan))
-        # The fan turned to the gaze, so that only the gaze itself needs a sine.
+        fan = np.linspace(-half, half, self.num_rays)
         cos, sin = cos_sin(pose.gaze)
-        rays = fan_cos * cos - fan_sin * sin, fan_sin * cos + fan_cos * sin
+
+        def turned(ray: tuple[Scalar, Scalar]) -> tuple[Batch, Batch]:
+            """One ray of the fan, turned to the gaze, so that only the gaze needs a sine."""
+            ray_cos, ray_sin = ray
+            return ray_cos * cos - ray_sin * sin, ray_sin * cos + ray_cos * sin
+
+        # A loop, since in one expression the compiler takes the gaze's sine for every ray.
+        rays = jax.lax.map(turned, (jnp.asarray(np.cos(fan)), jnp.asarray(np.sin(fan))))
         walls = world.walls_within(self.max_range)
         ranges = cast(walls, (pose.x, pose.y), rays, self.max_range)
         return jnp.concatenate([ranges, pose.head[None]]) if self.sense_head else ranges

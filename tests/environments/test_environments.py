@@ -3,7 +3,6 @@
 import warnings
 
 import gymnasium
-import jax
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
@@ -74,7 +73,7 @@ def test_single_and_vector_environments_obey_the_same_rules():
     )
     single.reset(seed=0)
     several.reset(seed=0)
-    several.unwrapped._poses = jax.tree.map(lambda v: v[None], single._pose)
+    several.unwrapped._outcome = single._outcome[None]
     single.action_space.seed(1)
     for _ in range(10):
         action = single.action_space.sample()

@@ -1,5 +1,7 @@
 """Sampling is reproducible, and what it logs is what happened."""
 
+import re
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -17,7 +19,7 @@ from motorspace import (
     layout,
     sample,
 )
-from motorspace.trajectories.sampling import bytes_per_trajectory
+from motorspace.trajectories.sampling import SamplingPlan, bytes_per_trajectory, simulate
 
 PAPER, FAN = layout("paper"), RangeFan()
 SYSTEMS = {
@@ -129,3 +131,26 @@ def test_sensing_the_same_as_before_costs_a_lot():
     drawn = sample(*SYSTEMS["forward"], num=NUM, horizon=6, key=KEY).experience
     assert jnp.mean((drawn.sensors - drawn.later_sensors) ** 2) > 5.0
     assert jnp.var(drawn.sensors) > 3.0
+
+
+def test_the_compiled_program_repeats_neither_random_numbers_nor_sines():
+    """Fused into what uses them, they would be computed again for every ray and every field."""
+    num = 2000
+    text = simulate.lower(
+        layout("paper"),
+        ForwardAgent(),
+        RangeFan(),
+        SamplingPlan(num, 6, "resample"),
+        (jnp.array(6), jnp.array(6)),
+        key=jax.random.key(0),
+    ).compile().compiled.as_text()  # fmt: skip
+    # Sixteen rounds of the generator are one loop over unsigned integers.
+    loops = [line for line in text.split("\n") if " while(" in line and "u32[4]{0}, u32[4]" in line]
+    everybody = [line for line in loops if f",{num}," in line or f"u32[{num}" in line]
+    prologue, per_round = 7, 2
+    assert len(everybody) == prologue + per_round
+    assert " sine(" not in text and " cosine(" not in text
+    # Our own sine is known by its coefficients; no computation over rays may hold them.
+    computations = re.split(r"\n}\n", text)
+    with_sine = [c for c in computations if "0.00833216" in c]
+    assert with_sine and not any(re.search(rf"f32\[9,{num}\]", c) for c in with_sine)
