@@ -36,7 +36,7 @@ def main() -> None:
         sys.exit(f"benchmarks: there is no suite {', '.join(sorted(unknown))}")
     out = OUT / "benchmarks.json"
     kept = json.loads(out.read_text())["rows"] if out.exists() else []
-    rows = [row for row in kept if row.get("suite") not in named]
+    rows = [row for row in kept if row["suite"] not in named]
     for module, threads, settings in SUITES:
         if module not in named:
             continue

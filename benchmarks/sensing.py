@@ -101,7 +101,7 @@ def vmas(world: WalledWorld, poses: Pose, threads: int):
 
     torch.set_num_threads(threads)
     num = 4096  # the only batch tried
-    places, agent = vmas_world(world, num, collide=False)
+    places, agent = vmas_world(world, num)
     at = np.stack([poses.x, poses.y], 1)[:num]
     agent.set_pos(torch.tensor(at), batch_index=None)
     angles = torch.tensor(np.asarray(FAN[:, None] + poses.heading)[:, :num].T.copy()).float()
@@ -115,7 +115,7 @@ def vmas(world: WalledWorld, poses: Pose, threads: int):
     return Contender("VMAS", run, num * NUM_RAYS), lambda: run().numpy().astype(float).T
 
 
-def vmas_world(world: WalledWorld, num: int, *, collide: bool):
+def vmas_world(world: WalledWorld, num: int):
     """VMAS's world with these walls, and its one agent."""
     import torch
     from vmas.simulator.core import Agent, Landmark, Line, World
@@ -123,12 +123,12 @@ def vmas_world(world: WalledWorld, num: int, *, collide: bool):
     places = World(batch_dim=num, device="cpu")
     for index, ((ax, ay), (bx, by)) in enumerate(np.asarray(world.walls, np.float64)):
         line = Line(math.hypot(bx - ax, by - ay))
-        wall = Landmark(f"wall {index}", shape=line, collide=collide)
+        wall = Landmark(f"wall {index}", shape=line)
         places.add_landmark(wall)
         wall.set_pos(torch.tensor([[(ax + bx) / 2, (ay + by) / 2]]).float(), batch_index=None)
         turn = torch.full((num, 1), math.atan2(by - ay, bx - ax))
         wall.set_rot(turn, batch_index=None)
-    agent = Agent("agent", collide=collide)
+    agent = Agent("agent")
     places.add_agent(agent)
     return places, agent
 

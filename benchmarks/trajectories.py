@@ -36,7 +36,7 @@ def motorspace(world: WalledWorld) -> Contender:
 
 def vmas(world: WalledWorld, num: int) -> Contender:
     """VMAS: forces on a sphere that walls stop, where ours are displacements."""
-    places, agent = vmas_world(world, num, collide=True)
+    places, agent = vmas_world(world, num)
     rng = np.random.default_rng(0)
     agent.set_pos(torch.tensor(rng.uniform(1, 39, (num, 2))).float(), batch_index=None)
 
