@@ -1,6 +1,7 @@
 """Draw trajectories from a world: same key, same trajectories."""
 
 import os
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -54,11 +55,18 @@ def sample(
         )
     sizes = horizon, len(agent.motor_scale), len(sensor.scale(world))
     _refuse_what_does_not_fit(num, bytes_per_trajectory(*sizes))
-    plan, lengths = (
-        SamplingPlan(num, horizon, collision),
-        (jnp.array(shortest), jnp.array(horizon)),
-    )
-    return simulate(world, agent, sensor, plan, lengths, key=key)
+    plan, lengths = SamplingPlan(num, horizon, collision), (jnp.array(shortest), jnp.array(horizon))
+    if num <= CHUNK_SIZE:
+        return simulate(world, agent, sensor, plan, lengths, key=key)
+    chunks, chunk_plan = _chunks(jax.random.split(key, num)), plan._replace(num=CHUNK_SIZE)
+
+    def run(keys: Keys) -> Trajectories:
+        return jax.block_until_ready(_each(world, agent, sensor, chunk_plan, lengths, keys))
+
+    # A thread per core: within one chunk the compiler finds too little to share out.
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        drawn = list(pool.map(run, chunks))
+    return jax.tree.map(lambda *leaves: jnp.concatenate(leaves)[:num], *drawn)
 
 
 def bytes_per_trajectory(horizon: int, motor_size: int, sensor_size: int) -> int:
@@ -97,26 +105,42 @@ def simulate(
     """What `sample` returns, compiled; the shortest and longest length may be traced."""
 
     def run(keys: Keys) -> Trajectories:
-        steps_keys, keys = jnp.moveaxis(jax.vmap(jax.random.split)(keys), 1, 0)
-        share = jax.vmap(jax.random.uniform)(steps_keys)
-        num_steps = lengths[0] + jnp.floor(share * (lengths[1] - lengths[0] + 1)).astype(int)
-        done = explore(
-            world, agent, num_steps, horizon=plan.horizon, collision=plan.collision, keys=keys
-        )
-        nominal = nominal_displacement(agent, done.start, done.motors, done.steps_done)
-        achieved = relative(done.start, done.pose)
-        experience = Experience(
-            sensors=sensor.sense(world, done.start).T,
-            motors=jnp.moveaxis(done.motors, -1, 0),
-            num_steps=done.steps_done,
-            later_sensors=sensor.sense(world, done.pose).T,
-        )
-        return Trajectories(experience, Displacements(nominal.T, achieved.T))
+        return _each(world, agent, sensor, plan, lengths, keys)
 
     keys = jax.random.split(key, plan.num)
     if plan.num <= CHUNK_SIZE:
         return run(keys)
-    num_chunks = -(-plan.num // CHUNK_SIZE)
-    chunks = jnp.resize(keys, (num_chunks, CHUNK_SIZE))
-    drawn = jax.lax.map(run, chunks)
+    drawn = jax.lax.map(run, _chunks(keys))
     return jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:])[: plan.num], drawn)
+
+
+def _chunks(keys: Keys) -> Keys:
+    """The keys in rows of `CHUNK_SIZE`, the last one filled up with the first ones."""
+    return jnp.resize(keys, (-(-len(keys) // CHUNK_SIZE), CHUNK_SIZE))
+
+
+@eqx.filter_jit
+def _each(
+    world: AbstractWorld,
+    agent: AbstractAgent,
+    sensor: AbstractSensor[Any],
+    plan: SamplingPlan,
+    lengths: tuple[Count, Count],
+    keys: Keys,
+) -> Trajectories:
+    """One trajectory for each key."""
+    steps_keys, keys = jnp.moveaxis(jax.vmap(jax.random.split)(keys), 1, 0)
+    share = jax.vmap(jax.random.uniform)(steps_keys)
+    num_steps = lengths[0] + jnp.floor(share * (lengths[1] - lengths[0] + 1)).astype(int)
+    done = explore(
+        world, agent, num_steps, horizon=plan.horizon, collision=plan.collision, keys=keys
+    )
+    nominal = nominal_displacement(agent, done.start, done.motors, done.steps_done)
+    achieved = relative(done.start, done.pose)
+    experience = Experience(
+        sensors=sensor.sense(world, done.start).T,
+        motors=jnp.moveaxis(done.motors, -1, 0),
+        num_steps=done.steps_done,
+        later_sensors=sensor.sense(world, done.pose).T,
+    )
+    return Trajectories(experience, Displacements(nominal.T, achieved.T))
