@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from benchmarks import scaling
 from benchmarks.claims import claims
 from benchmarks.harness import Contender, Launch, take_turns
 from benchmarks.sensing import FAN, MAX_RANGE, exact_ranges
@@ -55,3 +56,13 @@ def test_a_rate_is_claimed_where_it_has_a_target(low, holds):
     row = {"work": "scans", "threads": 2, "peer": "Open3D", "ratio": ratio}
     (claim,) = claims([row, row | {"peer": "of no target"}])
     assert (claim["measured"], claim["holds"]) == (21.0, holds)
+
+
+def test_a_point_of_a_scaling_curve_is_measured_and_drawn():
+    fan = RangeFan(4)
+    few, many = (scaling.scans("rays", 4, layout("empty"), fan, num) for num in (10, 1000))
+    assert 0 < many["seconds"] < few["seconds"]
+    assert many["bytes"] >= 4 * fan.num_rays
+    rows = [many | {"what": what} for what in ("walls", "walls, all visited", "rays", "agents")]
+    panels = scaling.draw([*rows, many | {"what": "horizon"}]).axes
+    assert [len(panel.lines) for panel in panels] == [2, 1, 1, 1] * 2
