@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array
+from jaxtyping import Key as KeyArray
 
 from motorspace._errors import UserError
 from motorspace._types import Collision, Count, Key, Keys
@@ -114,7 +116,7 @@ def simulate(
     return jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:])[: plan.num], drawn)
 
 
-def _chunks(keys: Keys) -> Keys:
+def _chunks(keys: KeyArray[Array, " N"]) -> KeyArray[Array, "J C"]:
     """The keys in rows of `CHUNK_SIZE`, the last one filled up with the first ones."""
     return jnp.resize(keys, (-(-len(keys) // CHUNK_SIZE), CHUNK_SIZE))
 
