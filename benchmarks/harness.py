@@ -56,10 +56,7 @@ def take_turns(
     busy, own, begun = _busy_seconds(), _own_seconds(), time.perf_counter()
     for _ in range(turns):
         for contender in contenders:
-            best, until = float("inf"), time.perf_counter() + seconds
-            while time.perf_counter() < until:
-                best = min(best, _seconds_of(contender.run))
-            rates[contender.name].append(contender.amount / best)
+            rates[contender.name].append(contender.amount / best_seconds(contender.run, seconds))
     foreign = (_busy_seconds() - busy) - (_own_seconds() - own)
     return rates, first, max(0.0, foreign) / (time.perf_counter() - begun)
 
@@ -67,6 +64,14 @@ def take_turns(
 def report(launch: Launch) -> None:
     """Hand a launch to the process that started this one."""
     Path(os.environ["BENCHMARK_OUT"]).write_text(json.dumps(asdict(launch)))
+
+
+def best_seconds(run: Callable[[], object], seconds: float = 0.5) -> float:
+    """Of all the runs that fit into `seconds`, what the fastest took."""
+    best, until = float("inf"), time.perf_counter() + seconds
+    while time.perf_counter() < until:
+        best = min(best, _seconds_of(run))
+    return best
 
 
 def _seconds_of(run: Callable[[], object]) -> float:

@@ -20,6 +20,7 @@ def main() -> None:
     """Time both, and check that they say the same."""
     threads = int(os.environ["BENCHMARK_THREADS"])
     indexed = random_rooms(size=SIDE, key=jax.random.key(0)).world()
+    assert len(indexed.walls) >= NUM_WALLS
     plain = WalledWorld(indexed.walls, indexed.solids, indexed.bounds)
     keys = jax.random.split(jax.random.key(1), NUM_POSES)
     poses = jax.jit(jax.vmap(lambda key: indexed.draw(key=key)))(keys)
@@ -34,7 +35,6 @@ def main() -> None:
     if apart > 1e-4:
         sys.exit("benchmarks: the index of walls does not answer the same question")
     errors = {"motorspace": {"largest": apart}}
-    assert len(indexed.walls) >= NUM_WALLS
     report(Launch("scans among many walls", "scans", threads, rates, first, errors, foreign))
 
 

@@ -1,7 +1,6 @@
 """How our own time and memory grow: `python -m benchmarks.scaling`, on one thread."""
 
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ import jax.numpy as jnp
 from matplotlib.figure import Figure
 
 from benchmarks.__main__ import OUT, machine
+from benchmarks.harness import best_seconds
 from motorspace import ForwardAgent, Pose, RangeFan, WalledWorld, layout
 from motorspace._files import write_json
 from motorspace.trajectories.sampling import CHUNK_SIZE, SamplingPlan, simulate
@@ -59,7 +59,7 @@ def trajectories(horizon: int, num: int) -> dict[str, Any]:
     plan = SamplingPlan(num, horizon, "resample")
     given, key = (layout("paper"), ForwardAgent(), RangeFan(), plan, lengths), jax.random.key(0)
     drawn = simulate.lower(*given, key=key).compile()
-    seconds = best_seconds(lambda: drawn(*given, key=key))
+    seconds = best_seconds(lambda: jax.block_until_ready(drawn(*given, key=key)))
     return row("horizon", horizon, seconds / num, memory(drawn.compiled) / num)
 
 
@@ -67,7 +67,8 @@ def scans(what: str, value: int, world: WalledWorld, fan: RangeFan, num: int) ->
     keys = jax.random.split(jax.random.key(1), num)
     poses: Pose = jax.jit(jax.vmap(lambda key: world.draw(key=key)))(keys)
     sense = jax.jit(lambda poses: fan.sense(world, poses)).lower(poses).compile()
-    return row(what, value, best_seconds(lambda: sense(poses)) / num, memory(sense) / num)
+    seconds = best_seconds(lambda: jax.block_until_ready(sense(poses)))
+    return row(what, value, seconds / num, memory(sense) / num)
 
 
 def row(what: str, value: int, seconds: float, size: float) -> dict[str, Any]:
@@ -78,16 +79,6 @@ def memory(program: Any) -> int:
     """Bytes that a compiled program needs beside its arguments."""
     analysis = program.memory_analysis()
     return analysis.temp_size_in_bytes + analysis.output_size_in_bytes
-
-
-def best_seconds(run: Callable[[], object], *, seconds: float = 0.5) -> float:
-    jax.block_until_ready(run())
-    best, until = float("inf"), time.perf_counter() + seconds
-    while time.perf_counter() < until:
-        begun = time.perf_counter()
-        jax.block_until_ready(run())
-        best = min(best, time.perf_counter() - begun)
-    return best
 
 
 def draw(rows: list[dict[str, Any]]) -> Figure:
