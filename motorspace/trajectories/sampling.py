@@ -57,17 +57,17 @@ def sample(
         )
     sizes = horizon, len(agent.motor_scale), len(sensor.scale(world))
     _refuse_what_does_not_fit(num, bytes_per_trajectory(*sizes))
-    plan, lengths = SamplingPlan(num, horizon, collision), (jnp.array(shortest), jnp.array(horizon))
+    plan = SamplingPlan(min(num, CHUNK_SIZE), horizon, collision)
+    lengths = jnp.array(shortest), jnp.array(horizon)
     if num <= CHUNK_SIZE:
         return simulate(world, agent, sensor, plan, lengths, key=key)
-    chunks, chunk_plan = _chunks(jax.random.split(key, num)), plan._replace(num=CHUNK_SIZE)
 
     def run(keys: Keys) -> Trajectories:
-        return jax.block_until_ready(_each(world, agent, sensor, chunk_plan, lengths, keys))
+        return jax.block_until_ready(_each(world, agent, sensor, plan, lengths, keys))
 
     # A thread per core: within one chunk the compiler finds too little to share out.
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        drawn = list(pool.map(run, chunks))
+        drawn = list(pool.map(run, _chunks(jax.random.split(key, num))))
     return jax.tree.map(lambda *leaves: jnp.concatenate(leaves)[:num], *drawn)
 
 

@@ -8,15 +8,12 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from motorspace._types import Displacement, Pose, Walls
-from motorspace.worlds.tiles import Tiles, in_groups
+from motorspace.worlds.tiles import UNROLL, Tiles, in_groups
 
 Batch = Float[Array, "*batch"]
 Point = tuple[Batch, Batch]
 Directions = tuple[Float[Array, "K *batch"], Float[Array, "K *batch"]]
 Carry = TypeVar("Carry")
-
-UNROLL = 4
-"""Walls per turn of the loop over walls."""
 
 MARGIN = 1e-3
 """Half the thickness of a wall in world units. It dwarfs the rounding of float32 (4e-6 at

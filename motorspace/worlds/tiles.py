@@ -20,7 +20,7 @@ BLOCK = 8
 """Walls that are looked up at once."""
 
 UNROLL = 4
-"""Walls per turn of the loop over a block."""
+"""Walls per turn of a loop over walls."""
 
 GROUP = 128
 """Agents that look for walls together: until the last of them has found what matters."""
