@@ -1,12 +1,14 @@
 """Run the paper's experiments, resumably, and gather what they show."""
 
+import atexit
 import multiprocessing
 import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
 from datetime import date
+from multiprocessing.synchronize import Lock
 from pathlib import Path
 
 from motorspace._errors import UserError
@@ -115,12 +117,34 @@ def _pool(processes: int) -> ProcessPoolExecutor:
     os.environ["XLA_FLAGS"] = (
         f"{os.environ.get('XLA_FLAGS', '')} --xla_cpu_multi_thread_eigen=false"
     )
+    context = multiprocessing.get_context("spawn")
+    present = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else ()
+    cores = [(core, context.Lock()) for core in sorted(present)]
     return ProcessPoolExecutor(
         processes,
-        mp_context=multiprocessing.get_context("spawn"),
-        initializer=_end_with_parent,
+        mp_context=context,
+        initializer=_begin_worker,
+        initargs=(cores,),
         max_tasks_per_child=1,
     )
+
+
+def _begin_worker(cores: Sequence[tuple[int, Lock]]) -> None:
+    _end_with_parent()
+    _take_a_core(cores)
+
+
+def _take_a_core(cores: Sequence[tuple[int, Lock]]) -> None:
+    """Stay on a core that no other worker has taken, if there is one.
+
+    One of the libraries behind the compiled products starts a thread for every core that it
+    may use, whatever the flags say; those of several workers would wait for one another.
+    """
+    for core, untaken in cores:
+        if untaken.acquire(block=False):
+            os.sched_setaffinity(0, {core})
+            atexit.register(untaken.release)
+            return
 
 
 def _end_with_parent() -> None:

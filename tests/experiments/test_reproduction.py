@@ -1,6 +1,8 @@
 """Many runs: each is done once, and none outlives the command that started it."""
 
 import json
+import multiprocessing
+import os
 import subprocess
 import sys
 import time
@@ -10,7 +12,7 @@ import pytest
 
 from motorspace import ModelConfig, RunConfig, SimulationConfig, TrainingConfig, UserError
 from motorspace._files import locked
-from motorspace.experiments import paper
+from motorspace.experiments import paper, reproduction
 
 TINY = RunConfig(
     SimulationConfig(agent="forward", horizon=2, layout="empty"),
@@ -94,3 +96,19 @@ def wait_until(condition, *, seconds):
     while not condition():
         assert time.monotonic() < end, "it never came true"
         time.sleep(0.2)
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="cores cannot be chosen here")
+def test_a_worker_stays_on_a_core_that_no_other_has_taken():
+    before = os.sched_getaffinity(0)
+    core, context = min(before), multiprocessing.get_context("spawn")
+    taken, free = context.Lock(), context.Lock()
+    taken.acquire()
+    try:
+        reproduction._take_a_core([(core + 1, taken), (core, free)])
+        assert os.sched_getaffinity(0) == {core}
+        assert not free.acquire(block=False)
+        reproduction._take_a_core([(core + 1, taken)])
+        assert os.sched_getaffinity(0) == {core}, "where every core is taken, nothing changes"
+    finally:
+        os.sched_setaffinity(0, before)
