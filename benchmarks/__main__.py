@@ -21,8 +21,13 @@ SUITES = [
     ("many_walls", 1, {}),
     ("trajectories", 2, {}),
     ("stepping", 1, {}),
+    ("training", 1, {"BENCHMARK_BATCH": "100"}),
     ("training", 2, {"BENCHMARK_BATCH": "100"}),
     ("training", 2, {"BENCHMARK_BATCH": "1000"}),
+    ("lookup", 1, {}),
+    ("many_agents", 2, {}),
+    ("system", 2, {}),
+    ("whole_table", 2, {}),
 ]
 
 

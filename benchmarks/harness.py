@@ -3,7 +3,8 @@
 import json
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -53,12 +54,28 @@ def take_turns(
     """
     first = {c.name: _seconds_of(c.run) for c in contenders}
     rates: dict[str, list[float]] = {c.name: [] for c in contenders}
-    busy, own, begun = _busy_seconds(), _own_seconds(), time.perf_counter()
-    for _ in range(turns):
-        for contender in contenders:
-            rates[contender.name].append(contender.amount / best_seconds(contender.run, seconds))
+    with foreign_load() as foreign:
+        for _ in range(turns):
+            for contender in contenders:
+                best = best_seconds(contender.run, seconds)
+                rates[contender.name].append(contender.amount / best)
+    return rates, first, foreign.load
+
+
+@dataclass
+class Foreign:
+    """Cores' worth of other processes' work, known in the end."""
+
+    load: float = 0.0
+
+
+@contextmanager
+def foreign_load() -> Iterator[Foreign]:
+    """What others do on this machine meanwhile."""
+    found, busy, own, begun = Foreign(), _busy_seconds(), _own_seconds(), time.perf_counter()
+    yield found
     foreign = (_busy_seconds() - busy) - (_own_seconds() - own)
-    return rates, first, max(0.0, foreign) / (time.perf_counter() - begun)
+    found.load = max(0.0, foreign) / (time.perf_counter() - begun)
 
 
 def report(launch: Launch) -> None:

@@ -3,7 +3,6 @@
 import ctypes
 import subprocess
 import tempfile
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -19,7 +18,8 @@ commands and sensors. A multiplication and an addition are two."""
 
 def fma_peak(threads: int) -> Contender:
     """Samples that `threads` cores could train on which did nothing but fused multiply-adds."""
-    chains = _compiled()
+    chains = compiled("roofline.c").fma_chains
+    chains.argtypes, chains.restype = [ctypes.c_long], ctypes.c_float
     pool = ThreadPoolExecutor(threads)
 
     def run() -> None:
@@ -28,11 +28,10 @@ def fma_peak(threads: int) -> Contender:
     return Contender("FMA peak", run, threads * ROUNDS * FLOPS_PER_ROUND / SAMPLE_FLOPS)
 
 
-def _compiled() -> Callable[[int], float]:
-    folder = Path(tempfile.mkdtemp())
-    source, library = Path(__file__).with_name("roofline.c"), folder / "roofline.so"
-    command = ["cc", "-O3", "-march=native", "-shared", "-fPIC", str(source), "-o", str(library)]
+def compiled(source: str) -> ctypes.CDLL:
+    """A C file of this folder, compiled for this machine."""
+    library = Path(tempfile.mkdtemp()) / "library.so"
+    path = Path(__file__).with_name(source)
+    command = ["cc", "-O3", "-march=native", "-shared", "-fPIC", str(path), "-o", str(library)]
     subprocess.run(command, check=True)
-    chains = ctypes.CDLL(str(library)).fma_chains
-    chains.argtypes, chains.restype = [ctypes.c_long], ctypes.c_float
-    return chains
+    return ctypes.CDLL(str(library))

@@ -1,6 +1,7 @@
 """How our own time and memory grow: `python -m benchmarks.scaling`, on one thread."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -11,20 +12,43 @@ from matplotlib.figure import Figure
 
 from benchmarks.__main__ import OUT, machine
 from benchmarks.harness import best_seconds
-from motorspace import ForwardAgent, Pose, RangeFan, WalledWorld, layout
+from motorspace import (
+    ForwardAgent,
+    Pose,
+    RangeFan,
+    RunConfig,
+    WalledWorld,
+    fresh_experience,
+    layout,
+    simulation_scaling,
+)
 from motorspace._files import write_json
+from motorspace.experiments.paper import FORWARD
+from motorspace.training import init
+from motorspace.training.fit import train_epoch
 from motorspace.trajectories.sampling import CHUNK_SIZE, SamplingPlan, simulate
 from motorspace.worlds.layouts import random_rooms
 
 PICTURE = Path("docs/pictures/scaling.png")
 NUM_POSES = 16_384
+NUM_UPDATES = 4
 SIDES = (40.0, 60.0, 80.0, 100.0, 140.0, 200.0, 300.0, 450.0, 640.0, 800.0)
 """World units; random rooms of 8 units in such squares have 30 to 11,000 walls."""
+
+CURVES = {
+    "walls": "scan",
+    "rays": "scan",
+    "agents": "scan",
+    "horizon": "trajectory",
+    "batch": "sample of training",
+    "units": "sample of training",
+}
+"""What grows, and what is measured for each of."""
 
 
 def main() -> None:
     """Measure every curve, write the numbers, draw them."""
-    rows = [*by_walls(), *by_rays(), *by_agents(), *by_horizon()]
+    rows = [*by_walls(), *by_rays(), *by_agents(), *by_horizon(), *by_batch(), *by_units()]
     described = {"command": "python -m benchmarks.scaling", "date": date.today().isoformat()}
     write_json(OUT / "scaling.json", described | {"machine": machine(), "rows": rows})
     draw(rows).savefig(PICTURE, dpi=70)
@@ -52,6 +76,34 @@ def by_agents() -> Iterator[dict[str, Any]]:
 def by_horizon() -> Iterator[dict[str, Any]]:
     for horizon in (1, 4, 16, 64, 256):
         yield trajectories(horizon, CHUNK_SIZE // 8)
+
+
+def by_batch() -> Iterator[dict[str, Any]]:
+    for batch in (1, 10, 100, 1_000, 10_000):
+        yield updates("batch", batch, FORWARD, batch)
+
+
+def by_units() -> Iterator[dict[str, Any]]:
+    """Units of the recurrent layer; the code has half as many, a layer of the predictor twice."""
+    for units in (25, 50, 100, 200, 400):
+        model = replace(
+            FORWARD.model, hidden_size=units, code_size=units // 2, width_size=2 * units
+        )
+        yield updates("units", units, replace(FORWARD, model=model), 100)
+
+
+def updates(what: str, value: int, config: RunConfig, batch: int) -> dict[str, Any]:
+    """A few updates on the same transitions, for each of them."""
+    num = max(NUM_UPDATES, 200 // batch) * batch
+    size = replace(config.training, trajectories_per_epoch=num, batch_size=batch, curriculum=0.0)
+    config = replace(config, training=size)
+    data = jax.jit(fresh_experience(config))(jax.random.key(0), jnp.array(0))
+    horizon = config.simulation.horizon
+    state = init(config.training, config.model, simulation_scaling(config), horizon=horizon)
+    given, key = (state, data, config.training, config.model), jax.random.key(0)
+    trained = train_epoch.lower(*given, key=key).compile()
+    seconds = best_seconds(lambda: jax.block_until_ready(trained(*given, key=key)), seconds=2.0)
+    return row(what, value, seconds / num, memory(trained.compiled) / num)
 
 
 def trajectories(horizon: int, num: int) -> dict[str, Any]:
@@ -82,12 +134,10 @@ def memory(program: Any) -> int:
 
 
 def draw(rows: list[dict[str, Any]]) -> Figure:
-    """Microseconds and bytes for each scan or trajectory, against what grows."""
-    figure = Figure(figsize=(12, 5.4), layout="constrained")
-    panels = figure.subplots(2, 4, sharex="col")
-    for column, (what, item) in enumerate(
-        (("walls", "scan"), ("rays", "scan"), ("agents", "scan"), ("horizon", "trajectory"))
-    ):
+    """Microseconds and bytes for each piece of work, against what grows."""
+    figure = Figure(figsize=(18, 5.4), layout="constrained")
+    panels = figure.subplots(2, len(CURVES), sharex="col")
+    for column, (what, item) in enumerate(CURVES.items()):
         for name in sorted({r["what"] for r in rows if r["what"].split(",")[0] == what}):
             curve = [r for r in rows if r["what"] == name]
             values = [r["value"] for r in curve]

@@ -29,6 +29,7 @@ def main() -> None:
         with_pymunk(world),
         with_ir_sim(world),
         with_ratinabox(world),
+        with_simple_playgrounds(),
     ]
     rates, first, foreign = take_turns(contenders)
     report(Launch("one agent's sensed steps", "steps", threads, rates, first, {}, foreign))
@@ -114,6 +115,37 @@ def with_ratinabox(world: WalledWorld) -> Contender:
             rat.update()
 
     return Contender("RatInABox, no sensors", run, FEW_STEPS)
+
+
+def with_simple_playgrounds() -> Contender:
+    """simple-playgrounds: a disc with a lidar in four rooms of its own."""
+    from simple_playgrounds.agents.agents import BaseAgent
+    from simple_playgrounds.agents.parts.controllers import External
+    from simple_playgrounds.agents.sensors import Lidar
+    from simple_playgrounds.engine import Engine
+    from simple_playgrounds.playgrounds.layouts import GridRooms
+
+    rooms = GridRooms((400, 400), (2, 2), doorstep_size=60)
+    agent = BaseAgent(controller=External(), interactive=False, rotate=True, lateral=False)
+    lidar = Lidar(
+        agent.base_platform,
+        invisible_elements=agent.parts,
+        fov=180,
+        resolution=NUM_RAYS,
+        max_range=100,
+    )
+    agent.add_sensor(lidar)
+    rooms.add_agent(agent)
+    engine, still = Engine(rooms, time_limit=10**9), agent.controller.generate_null_actions()
+
+    def run() -> None:
+        for _ in range(FEW_STEPS):
+            engine.step({agent: still})
+            engine.update_observations()
+
+    run()
+    assert np.ptp(lidar.sensor_values) > 0, "the lidar sees walls"
+    return Contender("simple-playgrounds", run, FEW_STEPS)
 
 
 if __name__ == "__main__":

@@ -63,6 +63,14 @@ def test_a_point_of_a_scaling_curve_is_measured_and_drawn():
     few, many = (scaling.scans("rays", 4, layout("empty"), fan, num) for num in (10, 1000))
     assert 0 < many["seconds"] < few["seconds"]
     assert many["bytes"] >= 4 * fan.num_rays
-    rows = [many | {"what": what} for what in ("walls", "walls, all visited", "rays", "agents")]
-    panels = scaling.draw([*rows, many | {"what": "horizon"}]).axes
-    assert [len(panel.lines) for panel in panels] == [2, 1, 1, 1] * 2
+    rows = [many | {"what": what} for what in (*scaling.CURVES, "walls, all visited")]
+    panels = scaling.draw(rows).axes
+    assert [len(panel.lines) for panel in panels] == [2, 1, 1, 1, 1, 1] * 2
+
+
+def test_the_table_is_claimed_in_minutes():
+    samples_per_second = {"median": 40_000.0, "low": 30_000.0, "high": 50_000.0}
+    row = {"work": "the whole table", "threads": 2, "peer": "FMA peak", "ours": samples_per_second}
+    (claim,) = claims([row | {"ratio": samples_per_second}])
+    assert claim["measured"] == pytest.approx(50.0) and claim["interval"][0] == pytest.approx(40.0)
+    assert not claim["holds"], "the slowest launch takes 67 minutes"

@@ -1,0 +1,67 @@
+"""A system of the paper: 2,000 fresh trajectories, then 20 updates of 100, again and again."""
+
+import os
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import torch
+
+from benchmarks.harness import Contender, Launch, report, take_turns
+from benchmarks.roofline import fma_peak
+from benchmarks.training import Fused, Paper, Unrolled, pytorch
+from benchmarks.trajectories import vmas
+from motorspace import RunConfig, WalledWorld, fresh_experience, layout, simulation_scaling
+from motorspace.experiments.paper import FORWARD
+from motorspace.training import init
+from motorspace.training.fit import train_epoch
+
+LAYOUT = "benchmarks/w12.layout"
+
+
+def main() -> None:
+    """Ours, and PyTorch's two ways on trajectories of the fastest peer simulator, VMAS."""
+    threads, world = int(os.environ["BENCHMARK_THREADS"]), layout(LAYOUT)
+    torch.set_num_threads(threads)
+    config = replace(
+        FORWARD,
+        simulation=replace(FORWARD.simulation, layout=LAYOUT),
+        training=replace(FORWARD.training, curriculum=0.0),
+    )
+    contenders = [
+        motorspace(config),
+        with_vmas("VMAS and nn.LSTM", Fused(), world, config),
+        with_vmas("VMAS and torch.compile", torch.compile(Unrolled()), world, config),
+        fma_peak(threads),
+    ]
+    rates, first, foreign = take_turns(contenders, seconds=1.5)
+    report(Launch("a system of the paper", "samples", threads, rates, first, {}, foreign))
+
+
+def motorspace(config: RunConfig) -> Contender:
+    source, scaling = fresh_experience(config), simulation_scaling(config)
+    state = init(config.training, config.model, scaling, horizon=config.simulation.horizon)
+    key = jax.random.key(0)
+
+    def run() -> None:
+        jax.block_until_ready(train_epoch(state, source, config.training, config.model, key=key))
+
+    return Contender("motorspace", run, config.training.trajectories_per_epoch)
+
+
+def with_vmas(name: str, network: Paper, world: WalledWorld, config: RunConfig) -> Contender:
+    """What VMAS's epoch costs, then an epoch of updates on transitions of ours, alike in shape."""
+    num, batch = config.training.trajectories_per_epoch, config.training.batch_size
+    data = jax.jit(fresh_experience(config))(jax.random.key(0), jnp.array(0))
+    drawing = vmas(world, num)
+    updates = pytorch(name, network, data, batch)
+
+    def run() -> None:
+        drawing.run()
+        updates.run()
+
+    return Contender(name, run, num)
+
+
+if __name__ == "__main__":
+    main()

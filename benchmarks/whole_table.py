@@ -1,0 +1,57 @@
+"""The paper's whole table, as `reproduce` trains it: a run on each core."""
+
+import os
+import subprocess
+import sys
+
+from benchmarks.harness import Launch, foreign_load, report, take_turns
+from benchmarks.roofline import fma_peak
+
+EPOCHS, TURNS = 60, 3
+SAMPLES = 12 * 5000 * 2000
+"""Twelve systems, 5,000 epochs of 2,000 trajectories."""
+
+ONE_RUN = """
+import os, sys, time
+os.sched_setaffinity(0, {int(sys.argv[3])})
+from dataclasses import replace
+from motorspace import fresh_experience, simulation_scaling, train
+from motorspace.experiments.paper import PRESETS
+agent, epochs = sys.argv[1], int(sys.argv[2])
+config = replace(PRESETS[agent], training=replace(PRESETS[agent].training, epochs=epochs))
+seen = []
+train(config, fresh_experience(config), simulation_scaling(config),
+      watch=lambda record: seen.append(time.perf_counter()))
+print((epochs - epochs // 3) * 2000 / (seen[-1] - seen[epochs // 3 - 1]))
+"""
+"""Trajectories a second; the first third, with the compilation, does not count."""
+
+
+def main() -> None:
+    """How many trajectories a second all runs together learn from, and what the cores could."""
+    threads = int(os.environ["BENCHMARK_THREADS"])
+    with foreign_load() as foreign:
+        ours = [sum(side_by_side(threads)) for _ in range(TURNS)]
+    peak, first, _ = take_turns([fma_peak(threads)], turns=TURNS)
+    rates, first = {"motorspace": ours} | peak, {"motorspace": 0.0} | first
+    report(Launch("the whole table", "samples", threads, rates, first, {}, foreign.load))
+
+
+def side_by_side(runs: int) -> list[float]:
+    """The rates of runs that train at the same time."""
+    environment = os.environ | {"XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false"}
+    agents = ["forward", "holonomic"] * runs
+    started = [
+        subprocess.Popen(
+            [sys.executable, "-c", ONE_RUN, agent, str(EPOCHS), str(core)],
+            env=environment,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        for core, agent in enumerate(agents[:runs])
+    ]
+    return [float(run.communicate()[0]) for run in started]
+
+
+if __name__ == "__main__":
+    main()
