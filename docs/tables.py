@@ -135,6 +135,7 @@ def rates(rows: list[Row]) -> list[Row]:
         {
             "work": row["work"],
             "threads": row["threads"],
+            "vectors": row["processor"].split(", ")[-1],
             "unit": f"{row['unit']}/s",
             "motorspace": spread(row["ours"]),
             "peer": row["peer"],
