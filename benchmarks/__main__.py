@@ -117,7 +117,7 @@ def machine() -> dict[str, Any]:
     """What the numbers were measured on."""
     text = Path("/proc/cpuinfo").read_text()
     model = next(line.split(":")[1].strip() for line in text.splitlines() if "model name" in line)
-    vectors = next(v for v in ("avx512f", "avx2", "asimd", "processor") if v in text)
+    vectors = next((v for v in ("avx512f", "avx2", "asimd") if v in text), "vectors unknown")
     return {
         "processor": f"{model}, {vectors}",
         "cores": os.cpu_count(),

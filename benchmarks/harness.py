@@ -3,8 +3,7 @@
 import json
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -54,28 +53,22 @@ def take_turns(
     """
     first = {c.name: _seconds_of(c.run) for c in contenders}
     rates: dict[str, list[float]] = {c.name: [] for c in contenders}
-    with foreign_load() as foreign:
-        for _ in range(turns):
-            for contender in contenders:
-                best = best_seconds(contender.run, seconds)
-                rates[contender.name].append(contender.amount / best)
-    return rates, first, foreign.load
+    foreign_load = watch_foreign_load()
+    for _ in range(turns):
+        for contender in contenders:
+            rates[contender.name].append(contender.amount / best_seconds(contender.run, seconds))
+    return rates, first, foreign_load()
 
 
-@dataclass
-class Foreign:
-    """Cores' worth of other processes' work, known in the end."""
+def watch_foreign_load() -> Callable[[], float]:
+    """A function that tells the cores' worth of other processes' work since now."""
+    busy, own, begun = _busy_seconds(), _own_seconds(), time.perf_counter()
 
-    load: float = 0.0
+    def load() -> float:
+        foreign = (_busy_seconds() - busy) - (_own_seconds() - own)
+        return max(0.0, foreign) / (time.perf_counter() - begun)
 
-
-@contextmanager
-def foreign_load() -> Iterator[Foreign]:
-    """What others do on this machine meanwhile."""
-    found, busy, own, begun = Foreign(), _busy_seconds(), _own_seconds(), time.perf_counter()
-    yield found
-    foreign = (_busy_seconds() - busy) - (_own_seconds() - own)
-    found.load = max(0.0, foreign) / (time.perf_counter() - begun)
+    return load
 
 
 def report(launch: Launch) -> None:

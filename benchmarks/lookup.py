@@ -12,6 +12,7 @@ from scipy.ndimage import distance_transform_edt
 from benchmarks.harness import Contender, Launch, report, take_turns
 from benchmarks.sensing import (
     FAN,
+    LAYOUT,
     MAX_RANGE,
     NUM_POSES,
     NUM_RAYS,
@@ -31,7 +32,7 @@ HALF_TURN = math.pi * (1 - 1 / NUM_ANGLES)
 def main() -> None:
     """Both are our own writing of published methods, compiled by numba, on one thread."""
     threads = int(os.environ["BENCHMARK_THREADS"])
-    world = layout("benchmarks/w12.layout")
+    world = layout(LAYOUT)
     poses, (x, y, heading) = scattered(world)
     exact = exact_ranges(np.asarray(world.walls, np.float64), x, y, FAN[:, None] + heading)
     answers = [make(world, poses, threads) for make in (motorspace, marching, table)]

@@ -9,11 +9,10 @@ import torch
 
 import motorspace.environments  # noqa: F401, which registers the environments
 from benchmarks.harness import Contender, Launch, report, take_turns
-from benchmarks.sensing import MAX_RANGE, NUM_RAYS
+from benchmarks.sensing import LAYOUT, MAX_RANGE, NUM_RAYS
 from benchmarks.trajectories import vmas_moves
 from motorspace import WalledWorld, layout
 
-LAYOUT = "benchmarks/w12.layout"
 STEPS = 20
 
 

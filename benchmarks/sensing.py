@@ -10,6 +10,7 @@ import numpy as np
 from benchmarks.harness import Contender, Launch, report, take_turns
 from motorspace import Pose, RangeFan, WalledWorld, layout
 
+LAYOUT = "benchmarks/w12.layout"
 NUM_POSES, NUM_RAYS, MAX_RANGE = 16_384, 9, 10.0
 FAN = np.linspace(-math.pi / 2, math.pi / 2, NUM_RAYS)
 Ranges = np.ndarray
@@ -19,7 +20,7 @@ Ranges = np.ndarray
 def main() -> None:
     """Time everybody, and check that the answers are right."""
     threads = int(os.environ["BENCHMARK_THREADS"])
-    world = layout("benchmarks/w12.layout")
+    world = layout(LAYOUT)
     poses, (x, y, heading) = scattered(world)
     walls = np.asarray(world.walls, np.float64)
     exact = exact_ranges(walls, x, y, FAN[:, None] + heading)

@@ -14,10 +14,9 @@ from ratinabox.Environment import Environment
 
 import motorspace.environments  # noqa: F401, which registers the environments
 from benchmarks.harness import Contender, Launch, report, take_turns
-from benchmarks.sensing import FAN, MAX_RANGE, NUM_RAYS
+from benchmarks.sensing import FAN, LAYOUT, MAX_RANGE, NUM_RAYS
 from motorspace import WalledWorld, layout
 
-LAYOUT = "benchmarks/w12.layout"
 STEPS, FEW_STEPS = 200, 50
 
 

@@ -9,14 +9,13 @@ import torch
 
 from benchmarks.harness import Contender, Launch, report, take_turns
 from benchmarks.roofline import fma_peak
+from benchmarks.sensing import LAYOUT
 from benchmarks.training import Fused, Paper, Unrolled, pytorch
 from benchmarks.trajectories import vmas
 from motorspace import RunConfig, WalledWorld, fresh_experience, layout, simulation_scaling
 from motorspace.experiments.paper import FORWARD
 from motorspace.training import init
 from motorspace.training.fit import train_epoch
-
-LAYOUT = "benchmarks/w12.layout"
 
 
 def main() -> None:

@@ -12,7 +12,7 @@ import torch
 
 from benchmarks.harness import Contender, Launch, report, take_turns
 from benchmarks.roofline import compiled
-from benchmarks.sensing import FAN, MAX_RANGE, NUM_RAYS, vmas_world
+from benchmarks.sensing import FAN, LAYOUT, MAX_RANGE, NUM_RAYS, vmas_world
 from motorspace import ForwardAgent, RangeFan, WalledWorld, layout, sample
 
 NUM, HORIZON = 65_536, 6
@@ -23,7 +23,7 @@ BATCHES = (1_024, 8_192)
 def main() -> None:
     """Ours, whose forbidden commands are drawn again, and a physics engine's."""
     threads = int(os.environ["BENCHMARK_THREADS"])
-    world = layout("benchmarks/w12.layout")
+    world = layout(LAYOUT)
     torch.set_num_threads(threads)
     contenders = [
         motorspace(world),

@@ -4,7 +4,7 @@ import os
 import subprocess
 import sys
 
-from benchmarks.harness import Launch, foreign_load, report, take_turns
+from benchmarks.harness import Launch, report, take_turns, watch_foreign_load
 from benchmarks.roofline import fma_peak
 
 EPOCHS, TURNS = 60, 3
@@ -30,11 +30,11 @@ print((epochs - epochs // 3) * 2000 / (seen[-1] - seen[epochs // 3 - 1]))
 def main() -> None:
     """How many trajectories a second all runs together learn from, and what the cores could."""
     threads = int(os.environ["BENCHMARK_THREADS"])
-    with foreign_load() as foreign:
-        ours = [sum(side_by_side(threads)) for _ in range(TURNS)]
+    foreign_load = watch_foreign_load()
+    ours, foreign = [sum(side_by_side(threads)) for _ in range(TURNS)], foreign_load()
     peak, first, _ = take_turns([fma_peak(threads)], turns=TURNS)
     rates, first = {"motorspace": ours} | peak, {"motorspace": 0.0} | first
-    report(Launch("the whole table", "samples", threads, rates, first, {}, foreign.load))
+    report(Launch("the whole table", "samples", threads, rates, first, {}, foreign))
 
 
 def side_by_side(runs: int) -> list[float]:

@@ -1,6 +1,7 @@
 """The harness measures what it says; the peers themselves are tried by `make bench`."""
 
 import time
+from dataclasses import replace
 
 import jax.numpy as jnp
 import numpy as np
@@ -9,8 +10,9 @@ import pytest
 from benchmarks import scaling
 from benchmarks.claims import claims
 from benchmarks.harness import Contender, Launch, take_turns
-from benchmarks.sensing import FAN, MAX_RANGE, exact_ranges
+from benchmarks.sensing import FAN, LAYOUT, MAX_RANGE, exact_ranges
 from motorspace import Pose, RangeFan, layout
+from motorspace.experiments.paper import FORWARD
 
 
 def test_contenders_take_turns_and_rates_are_runs_per_second():
@@ -39,7 +41,7 @@ def test_a_launch_beside_a_busy_neighbour_does_not_count(load, counts):
 
 
 def test_our_scans_agree_with_the_float64_oracle_of_the_benchmarks():
-    world, rng = layout("benchmarks/w12.layout"), np.random.default_rng(0)
+    world, rng = layout(LAYOUT), np.random.default_rng(0)
     assert len(world.walls) == 12
     x, y, heading = rng.uniform([[1], [1], [-3]], [[39], [39], [3]], (3, 200)).astype(np.float32)
     found = RangeFan().sense(world, Pose(*map(jnp.asarray, (x, y, heading, 0 * x))))
@@ -66,6 +68,15 @@ def test_a_point_of_a_scaling_curve_is_measured_and_drawn():
     rows = [many | {"what": what} for what in (*scaling.CURVES, "walls, all visited")]
     panels = scaling.draw(rows).axes
     assert [len(panel.lines) for panel in panels] == [2, 1, 1, 1, 1, 1] * 2
+
+
+def test_an_update_is_measured_for_each_of_its_samples():
+    simulation = replace(FORWARD.simulation, horizon=1, layout="empty")
+    model = replace(FORWARD.model, hidden_size=4, code_size=2, width_size=8)
+    row = scaling.updates("batch", 100, replace(FORWARD, simulation=simulation, model=model), 100)
+    parameters_and_moments = 3 * 4 * 8 * 9  # one layer of the predictor, in 4 bytes each
+    assert row["value"] == 100 and row["seconds"] > 0
+    assert row["bytes"] * 400 > parameters_and_moments
 
 
 def test_the_table_is_claimed_in_minutes():
