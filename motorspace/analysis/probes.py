@@ -1,11 +1,12 @@
 """Decoding displacements from codes, and how much codes vary."""
 
+from collections.abc import Callable
+
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
-Numbers = Array | np.ndarray
-COMPONENTS = ("longitudinal", "lateral", "cos", "sin")
+from motorspace.analysis.coordinates import Numbers
 
 
 def displacement_targets(displacements: Float[Numbers, "N 3"]) -> Float[Numbers, "N 4"]:
@@ -22,19 +23,48 @@ def linear_probe(
     *,
     ridge: float = 1e-6,
 ) -> Float[Numbers, " D"]:
-    """R2 on the test rows of ridge regression fitted on the others, per target.
+    """R2 on the test rows of `linear_decoder` fitted on the others, per target."""
+    x_test, y_test = np.asarray(test_codes, np.float64), np.asarray(test_targets, np.float64)
+    decoded = linear_decoder(codes, targets, ridge=ridge)(x_test)
+    residual = y_test - decoded
+    spread = ((y_test - y_test.mean(0)) ** 2).sum(0)
+    return jnp.asarray(1.0 - (residual**2).sum(0) / np.maximum(spread, 1e-12))
+
+
+def linear_decoder(
+    codes: Float[Numbers, "N C"], targets: Float[Numbers, "N D"], *, ridge: float = 1e-6
+) -> Callable[[Float[np.ndarray, "P C"]], Float[np.ndarray, "P D"]]:
+    """The affine map from codes to targets that ridge regression finds.
 
     `ridge` is relative to the largest eigenvalue of the centred codes' covariance.
     """
     x, y = np.asarray(codes, np.float64), np.asarray(targets, np.float64)
-    x_test, y_test = np.asarray(test_codes, np.float64), np.asarray(test_targets, np.float64)
     centre, level = x.mean(0), y.mean(0)
     gram = (x - centre).T @ (x - centre)
     strength = ridge * max(float(np.linalg.eigvalsh(gram)[-1]), 1e-12)
     weights = np.linalg.solve(gram + strength * np.eye(len(gram)), (x - centre).T @ (y - level))
-    residual = y_test - level - (x_test - centre) @ weights
-    spread = ((y_test - y_test.mean(0)) ** 2).sum(0)
-    return jnp.asarray(1.0 - (residual**2).sum(0) / np.maximum(spread, 1e-12))
+    return lambda given: level + (given - centre) @ weights
+
+
+def neighbour_probe(
+    codes: Float[Numbers, "N C"],
+    targets: Float[Numbers, "N D"],
+    test_codes: Float[Numbers, "P C"],
+    test_targets: Float[Numbers, "P D"],
+    *,
+    k: int = 10,
+) -> Float[np.ndarray, " D"]:
+    """R2 on the test rows of what the `k` nearest codes of the others have, per target.
+
+    Weighted by inverse distance. The nonlinear probe: what it decodes better than
+    `linear_probe` does, the codes hold on a curved surface.
+    """
+    from sklearn.metrics import r2_score
+    from sklearn.neighbors import KNeighborsRegressor
+
+    fitted = KNeighborsRegressor(k, weights="distance").fit(np.asarray(codes), np.asarray(targets))
+    predicted = fitted.predict(np.asarray(test_codes))
+    return np.asarray(r2_score(np.asarray(test_targets), predicted, multioutput="raw_values"))
 
 
 def within_to_total_variance(

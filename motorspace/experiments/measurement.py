@@ -12,9 +12,9 @@ from jaxtyping import Array, Bool, Float
 
 from motorspace._types import Count, Flag, Key, Pose
 from motorspace.analysis.baselines import with_displacement_as_motors
+from motorspace.analysis.coordinates import COMPONENTS
 from motorspace.analysis.errors import CHUNK_SIZE, prediction_errors
 from motorspace.analysis.probes import (
-    COMPONENTS,
     displacement_targets,
     linear_probe,
     within_to_total_variance,

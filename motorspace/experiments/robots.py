@@ -19,7 +19,8 @@ from motorspace.analysis.baselines import (
     persistence_error,
     with_displacement_as_motors,
 )
-from motorspace.analysis.probes import COMPONENTS, displacement_targets, linear_probe
+from motorspace.analysis.coordinates import COMPONENTS
+from motorspace.analysis.probes import displacement_targets, linear_probe
 from motorspace.models import ModelConfig, Scaling
 from motorspace.training import Run, RunConfig, SimulationConfig, TrainingConfig, load_run, train
 from motorspace.trajectories import Trajectories

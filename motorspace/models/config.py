@@ -11,9 +11,10 @@ class ModelConfig:
     """Sizes and kinds of the network's parts; the defaults are the paper's."""
 
     encoder: EncoderName = "lstm"
-    """How the motor sequence is encoded: lstm (the paper), gru, sum, mlp, none or identity."""
+    """How the motor sequence is encoded: lstm (the paper), gru, group (commands as matrices
+    that multiply), sum, mlp, none or identity."""
     hidden_size: int = 100
-    """Units of the recurrent layer."""
+    """Units of the recurrent layer, or of the encoder's hidden layers."""
     code_size: int = 50
     """Units of the code h^m."""
     width_size: int = 200

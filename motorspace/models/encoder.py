@@ -1,6 +1,8 @@
 """Motor encoders: a motor sequence in, a code out. One sequence; batching is `vmap`."""
 
 import abc
+import functools
+import math
 from collections.abc import Callable
 from typing import Any, Literal
 
@@ -9,10 +11,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from motorspace._errors import UserError
 from motorspace._types import Code, Count, Key, Motors
 
-EncoderName = Literal["lstm", "gru", "sum", "mlp", "none", "identity"]
+EncoderName = Literal["lstm", "gru", "group", "sum", "mlp", "none", "identity"]
 Hidden = Float[Array, "T H"]
+Matrix = Float[Array, "n n"]
 
 MAX_UNROLL = 8
 
@@ -92,6 +96,59 @@ def _unrolled(
     in part, since compilation grows with the number of copies."""
     unroll = max(1, min(len(motors), MAX_UNROLL))
     return jax.lax.scan(advance, start, motors, unroll=unroll)[1]
+
+
+class GroupEncoder(AbstractMotorEncoder):
+    """Commands as matrices that multiply, as displacements do: not in the paper.
+
+    h^m = A(m_1) A(m_2) ... A(m_T) H(m_T), n x n matrices whose last row is (0 ... 0 1) and is
+    left out. A says what a command does to all that follows it; H what the last one does to the
+    sensors alone, such as the angle of a head. Sequences that make the same product have the same
+    code, whatever follows or precedes them. With n = 3 there is just room for the plane's motions.
+    """
+
+    transition: eqx.nn.MLP
+    readout: eqx.nn.MLP
+    size: int = eqx.field(static=True)
+
+    def __init__(self, motor_size: int, hidden_size: int, code_size: int, *, key: Key) -> None:
+        self.size = matrix_size(code_size)
+        transition_key, readout_key, wide_key = jax.random.split(key, 3)
+        sizes = (motor_size, code_size, hidden_size, 2, jnp.tanh)
+        transition = eqx.nn.MLP(*sizes, key=transition_key)
+        # A unit bends about once per radian, as it must to fold turns: see `ModelConfig`.
+        wide = jax.random.normal(wide_key, (hidden_size, motor_size))
+        self.transition = eqx.tree_at(lambda mlp: mlp.layers[0].weight, transition, wide)
+        self.readout = eqx.nn.MLP(*sizes, key=readout_key)
+
+    def __call__(self, motors: Motors, num_steps: Count) -> Code:
+        unit = jnp.eye(self.size)
+        executed = jnp.arange(len(motors)) < num_steps
+        matrices = jax.vmap(self._matrix, in_axes=(None, 0))(self.transition, motors)
+        matrices = jnp.where(executed[:, None, None], matrices, unit)
+        product = functools.reduce(_product, matrices)
+        last = self._matrix(self.readout, motors[num_steps - 1])
+        return _product(product, last)[:-1].reshape(-1)
+
+    def _matrix(self, mlp: eqx.nn.MLP, motor: Array) -> Matrix:
+        """The identity and what the network adds to all but its last row."""
+        return jnp.eye(self.size).at[:-1].add(mlp(motor).reshape(self.size - 1, self.size))
+
+
+def matrix_size(code_size: int) -> int:
+    """The n of the n x n matrices whose first n - 1 rows make a code. Raises `UserError`."""
+    size = round((1 + math.sqrt(1 + 4 * code_size)) / 2)
+    if size < 2 or size * (size - 1) != code_size:
+        raise UserError(
+            f"a code of {code_size} units is no matrix",
+            remedy="give the encoder 'group' a code_size of n (n - 1): 6, 12, 20, 30, ...",
+        )
+    return size
+
+
+def _product(left: Matrix, right: Matrix) -> Matrix:
+    """left @ right, as a sum that is compiled into one loop over a batch of small matrices."""
+    return jnp.sum(left[:, :, None] * right[None, :, :], axis=1)
 
 
 class SumEncoder(AbstractMotorEncoder):

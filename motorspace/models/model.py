@@ -11,6 +11,7 @@ from motorspace.models.encoder import (
     AbstractMotorEncoder,
     ConstantEncoder,
     FlatEncoder,
+    GroupEncoder,
     IdentityEncoder,
     RecurrentEncoder,
     SumEncoder,
@@ -94,6 +95,8 @@ def build_model(config: ModelConfig, scaling: Scaling, *, horizon: int, key: Key
             encoder = RecurrentEncoder(
                 motor_size, hidden_size, code_size, gated=config.encoder, key=encoder_key
             )
+        case "group":
+            encoder = GroupEncoder(motor_size, hidden_size, code_size, key=encoder_key)
         case "sum":
             encoder = SumEncoder(motor_size, hidden_size, code_size, key=encoder_key)
         case "mlp":
@@ -120,7 +123,9 @@ def _reinitialised(model: Model, *, wide: bool, key: Key) -> Model:
     fold turns that lead to the same orientation.
     """
     is_layer = lambda node: isinstance(node, eqx.nn.Linear | eqx.nn.LSTMCell)  # noqa: E731
-    leaves, structure = jax.tree.flatten(model, is_leaf=is_layer)
+    # A group encoder has initial weights of its own: products must start near the identity.
+    is_leaf = lambda node: is_layer(node) or isinstance(node, GroupEncoder)  # noqa: E731
+    leaves, structure = jax.tree.flatten(model, is_leaf=is_leaf)
     keys = jax.random.split(key, len(leaves))
     fresh = [
         _scaled_layer(leaf, wide=wide, key=k) if is_layer(leaf) else leaf

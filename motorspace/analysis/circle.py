@@ -1,0 +1,75 @@
+"""Does orientation close into a circle?"""
+
+import numpy as np
+from jaxtyping import Float
+
+from motorspace.analysis.coordinates import Points
+from motorspace.analysis.projections import pca
+
+Angles = Float[np.ndarray, " N"]
+
+NUM_BINS = 24
+MOST_LOOP_POINTS = 300
+"""Persistent homology grows with the cube of the points."""
+
+
+def winding_number(codes: Points, turns: Angles) -> float:
+    """How often the codes go around while orientation goes around once: 1 or -1 is a circle.
+
+    The mean codes of `NUM_BINS` equal ranges of orientation, on the plane of their first two
+    principal components, make a closed path; what counts is its angle about its centre. 0 when
+    some range holds no code: the orientations themselves do not close.
+    """
+    bins = np.floor((turns + np.pi) / (2 * np.pi) * NUM_BINS).astype(int) % NUM_BINS
+    counts = np.bincount(bins, minlength=NUM_BINS)
+    if not counts.all():
+        return 0.0
+    sums = [np.bincount(bins, column, minlength=NUM_BINS) for column in codes.T]
+    x, y = pca(np.stack(sums, axis=1) / counts[:, None], 2).coordinates.T
+    angles = np.arctan2(y, x)
+    return float(np.round(wrapped(np.diff(angles, append=angles[0])).sum() / (2 * np.pi)))
+
+
+def circular_correlation(decoded: Angles, turns: Angles) -> float:
+    """Correlation of two angles (Jammalamadaka and SenGupta, 2001): 1 for equal ones."""
+    a, b = np.sin(decoded - mean_angle(decoded)), np.sin(turns - mean_angle(turns))
+    return float((a * b).sum() / np.sqrt(max((a**2).sum() * (b**2).sum(), 1e-12)))
+
+
+def circular_error(decoded: Angles, turns: Angles) -> float:
+    """Mean absolute difference of two angles, degrees; 90 for random ones."""
+    return float(np.degrees(np.abs(wrapped(decoded - turns)).mean()))
+
+
+def mean_angle(angles: Angles) -> float:
+    """The direction of the sum of unit vectors, radians."""
+    return float(np.arctan2(np.sin(angles).sum(), np.cos(angles).sum()))
+
+
+def wrapped(angles: Angles) -> Angles:
+    """The same angles in [-pi, pi)."""
+    return (angles + np.pi) % (2 * np.pi) - np.pi
+
+
+def loop_persistence(codes: Points) -> float:
+    """How clearly the codes have one hole: (longest - second longest H1 bar) / longest death.
+
+    Bars of the Vietoris-Rips filtration (Edelsbrunner and Harer, 2010), of at most
+    `MOST_LOOP_POINTS` codes. Near 1 for a circle; near 0 for a disc, a line, or two holes that
+    are alike. Give codes of small translation: others fill the hole. Needs the extra `topology`.
+    """
+    import gudhi
+
+    step = -(-len(codes) // MOST_LOOP_POINTS)
+    some = codes[::step] / codes.std()
+    tree = gudhi.RipsComplex(points=some).create_simplex_tree(max_dimension=1)
+    tree.collapse_edges()
+    tree.expansion(2)
+    tree.compute_persistence()
+    bars = tree.persistence_intervals_in_dimension(1)
+    bars = bars[np.isfinite(bars).all(axis=1)] if len(bars) else np.zeros((0, 2))
+    lengths = np.sort(np.diff(bars, axis=1).ravel())[::-1]
+    if not len(lengths):
+        return 0.0
+    second = lengths[1] if len(lengths) > 1 else 0.0
+    return float((lengths[0] - second) / bars[:, 1].max())

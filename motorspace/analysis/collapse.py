@@ -1,0 +1,77 @@
+"""Do sequences that lead to the same displacement share a code?"""
+
+import numpy as np
+from jaxtyping import Float, Int
+from sklearn.metrics import roc_auc_score
+
+from motorspace.analysis.coordinates import Points
+
+Labels = Int[np.ndarray, " N"]
+"""A number for every group of equivalent sequences; negative for those of no group."""
+
+NUM_CANDIDATES = 64
+"""Sequences looked through for one as far in motors as an equivalent one."""
+
+
+def equal_rows(values: Float[np.ndarray, "N D"], *, decimals: int = 3) -> Labels:
+    """A label for every row that occurs, rounded; -1 for those that occur once."""
+    rounded = np.round(values, decimals) + 0.0
+    _, index, counts = np.unique(rounded, axis=0, return_inverse=True, return_counts=True)
+    index = index.ravel()
+    return np.where(counts[index] > 1, index, -1)
+
+
+def collapse_ratio(codes: Points, groups: Labels) -> float:
+    """Mean squared distance within groups over that of all pairs: 0 is perfect, 1 is none.
+
+    E_g E_{i,j in g} |h_i - h_j|^2 / E_{i,j} |h_i - h_j|^2, both without the pairs of a code and
+    itself. The total is that of all codes given, so that it does not depend on how many are
+    in a group. NaN without groups or for codes that do not vary.
+    """
+    total = 2 * codes.var(axis=0, ddof=1).sum()
+    grouped = groups >= 0
+    if not grouped.any() or total <= 0:
+        return float("nan")
+    _, index, counts = np.unique(groups[grouped], return_inverse=True, return_counts=True)
+    members = codes[grouped]
+    means = np.stack([np.bincount(index, column) / counts for column in members.T], axis=1)
+    squares = np.bincount(index, ((members - means[index]) ** 2).sum(axis=1))
+    several = counts > 1
+    within = 2 * squares[several] / (counts[several] - 1)
+    return float(within.mean() / total) if several.any() else float("nan")
+
+
+def equivalence_auc(codes: Points, motors: Points, groups: Labels, *, seed: int = 0) -> float:
+    """Area under the ROC curve for telling equivalent pairs by the distance of their codes.
+
+    Each equivalent pair (i, j) is set against a pair (i, k) of another group whose motor
+    distance is the nearest to its own among `NUM_CANDIDATES` random ones, so that a code that
+    copies the motor commands gains nothing: it has 0.5, as a dead code has. 1 is perfect.
+    """
+    rng = np.random.default_rng(seed)
+    first, second = _pairs(groups, rng)
+    if not len(first):
+        return float("nan")
+    candidates = rng.integers(len(codes), size=(len(first), NUM_CANDIDATES))
+    wanted = _distance(motors, first, second)[:, None]
+    off = np.abs(_distance(motors, first[:, None], candidates) - wanted)
+    own = groups[candidates] == groups[first][:, None]
+    off[own] = np.inf
+    third = candidates[np.arange(len(first)), off.argmin(axis=1)]
+    distances = np.concatenate([_distance(codes, first, second), _distance(codes, first, third)])
+    # Distances that differ by rounding alone are equal: a dead code must not seem to tell.
+    distances = np.round(distances / max(distances.max(), 1e-30), 9)
+    equivalent = np.repeat([1, 0], len(first))
+    return float(roc_auc_score(equivalent, -distances))
+
+
+def _pairs(groups: Labels, rng: np.random.Generator) -> tuple[Labels, Labels]:
+    """Every member of a group with a random other one."""
+    order = rng.permutation(np.flatnonzero(groups >= 0))
+    order = order[np.argsort(groups[order], kind="stable")]
+    same = groups[order[1:]] == groups[order[:-1]]
+    return order[:-1][same], order[1:][same]
+
+
+def _distance(points: Points, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(points[i] - points[j], axis=-1)

@@ -1,0 +1,66 @@
+"""Is the code of two sequences in a row a function of their two codes?"""
+
+import numpy as np
+from jaxtyping import Float
+from sklearn.linear_model import Ridge
+from sklearn.neural_network import MLPRegressor
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import StandardScaler
+
+from motorspace.analysis.coordinates import Points
+from motorspace.analysis.projections import pca
+
+NUM_BILINEAR = 20
+"""Principal components of each code that enter its products with the other's."""
+
+
+def composition_errors(first: Points, second: Points, both: Points) -> dict[str, float]:
+    """How well one map C(h(a), h(b)) = h(a b) does: E |C - h(a b)|^2 / Var h(a b), held out.
+
+    Row i of `first`, `second` and `both` are the codes of a_i, b_i and of a_i followed by b_i.
+    C is linear, bilinear (with products of the codes' first `NUM_BILINEAR` principal components)
+    or a network of two layers, fitted on the first half of the rows and tested on the other. 0 is
+    perfect, 1 no better than the mean.
+    """
+    reduced = [
+        pca(codes, min(NUM_BILINEAR, codes.shape[1])).coordinates for codes in (first, second)
+    ]
+    products = np.einsum("ni,nj->nij", *reduced).reshape(len(first), -1)
+    linear = np.concatenate([first, second], axis=1)
+    features = {"linear": linear, "bilinear": np.concatenate([linear, products], axis=1)}
+    errors = {}
+    for name, inputs in features.items():
+        errors[name] = _held_out(make_pipeline(StandardScaler(), Ridge(1e-3)), inputs, both)
+    network = MLPRegressor((200, 200), early_stopping=True, max_iter=100, random_state=0)
+    errors["network"] = _held_out(make_pipeline(StandardScaler(), network), linear, both)
+    return errors
+
+
+def _held_out(model: object, inputs: Points, targets: Points) -> float:
+    """Its mean squared error on the second half, relative to the targets' variance."""
+    half = len(inputs) // 2
+    level, scale = targets[:half].mean(axis=0), targets[:half].std()
+    model.fit(inputs[:half], (targets[:half] - level) / scale)  # type: ignore[attr-defined]
+    predicted = model.predict(inputs[half:]) * scale + level  # type: ignore[attr-defined]
+    residual = ((predicted.reshape(targets[half:].shape) - targets[half:]) ** 2).sum()
+    return float(residual / ((targets[half:] - targets[half:].mean(axis=0)) ** 2).sum())
+
+
+def congruence_error(composed: Points, exchanged: Points) -> float:
+    """E |h(a b) - h(a' b)| / E |h(a b) - h(c d)|, where a' has the code nearest to that of a.
+
+    `composed` are the codes h(a b), `exchanged` h(a' b), or h(b a) and h(b a') for the other
+    side. 0: the code says all that matters of what goes before (or after); 1: nothing.
+    """
+    near = np.linalg.norm(composed - exchanged, axis=1).mean()
+    far = np.linalg.norm(composed - np.roll(composed, 1, axis=0), axis=1).mean()
+    return float(near / max(far, 1e-12))
+
+
+def nearest_other(codes: Float[np.ndarray, "N C"]) -> np.ndarray:
+    """For every row the index of the nearest other one."""
+    from sklearn.neighbors import NearestNeighbors
+
+    return np.asarray(NearestNeighbors(n_neighbors=1).fit(codes).kneighbors(return_distance=False))[
+        :, 0
+    ]

@@ -1,0 +1,48 @@
+"""Are neighbours among the codes neighbours among the displacements, and the other way round?"""
+
+from typing import NamedTuple
+
+from sklearn.manifold import trustworthiness as _trustworthiness
+from sklearn.neighbors import NearestNeighbors
+
+from motorspace.analysis.coordinates import Points
+
+
+def trustworthiness(codes: Points, displacements: Points, *, k: int) -> float:
+    """1 - 2 / (n k (2n - 3k - 1)) sum_i sum_{j near i in codes alone} (rank(i, j) - k).
+
+    Venna and Kaski (2001): how far off in displacement a code's k nearest codes are. 1 is
+    perfect, random codes have about 0.5.
+    """
+    return float(_trustworthiness(displacements, codes, n_neighbors=k))
+
+
+def continuity(codes: Points, displacements: Points, *, k: int) -> float:
+    """The same with codes and displacements exchanged: what the codes have torn apart."""
+    return float(_trustworthiness(codes, displacements, n_neighbors=k))
+
+
+class NeighbourError(NamedTuple):
+    """Mean squared distance in displacement of the nearest codes, relative to two others."""
+
+    to_random: float
+    """To that of random pairs: 1 for random codes."""
+    to_floor: float
+    """To that of the points nearest in displacement itself: 1 is perfect."""
+
+
+def neighbour_error(codes: Points, displacements: Points, *, k: int = 5) -> NeighbourError:
+    """1 / (n k) sum_i sum_{j in kNN(i)} |p_i - p_j|^2 (KNN-MSE; Raffin et al., 2018), relative.
+
+    The mean over random pairs is twice the displacements' variance, with no need to draw any.
+    """
+    error = _spread_of_neighbours(codes, displacements, k)
+    floor = _spread_of_neighbours(displacements, displacements, k)
+    return NeighbourError(
+        error / float(2 * displacements.var(axis=0).sum()), error / max(floor, 1e-12)
+    )
+
+
+def _spread_of_neighbours(points: Points, displacements: Points, k: int) -> float:
+    near = NearestNeighbors(n_neighbors=k).fit(points).kneighbors(return_distance=False)
+    return float(((displacements[near] - displacements[:, None]) ** 2).sum(axis=-1).mean())

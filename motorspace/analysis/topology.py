@@ -1,0 +1,272 @@
+"""How well are codes organised by displacement? Every measure, for anybody's codes, in one call."""
+
+import importlib.util
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from motorspace.analysis import circle, collapse, dimension, distances, neighbours
+from motorspace.analysis.coordinates import (
+    COMPONENTS,
+    Coordinates,
+    Numbers,
+    Points,
+    checked,
+    displacement_coordinates,
+)
+from motorspace.analysis.probes import linear_decoder, linear_probe, neighbour_probe
+
+NUM_SUBSETS = 5
+SUBSET_SIZE = 2000
+MOST_NEIGHBOUR_POINTS = 20_000
+NEIGHBOURHOODS = (10, 20, 50)
+SMALL_TRANSLATION = 0.1
+"""Share of the points, those of the smallest translation, in which a circle is looked for."""
+
+
+class Estimate(NamedTuple):
+    """A measure on random subsets of the points: its mean, and the error of drawing them."""
+
+    mean: float
+    error: float
+    """Standard error of the mean over the subsets; 0 where all points are measured at once."""
+
+
+@dataclass(frozen=True)
+class Topology:
+    """How codes are organised by displacement. `rows` says what is perfect for each measure."""
+
+    num_points: int
+    weight: float
+    """World units that a radian-like unit of (cos, sin) counts for."""
+    seed: int
+    code_variance: float
+    collapse_ratio: float | None
+    equivalence_auc: float | None
+    topology_error: Estimate
+    normalised_topology_error: Estimate
+    metric_error: Estimate
+    rank_correlation: Estimate
+    partial_displacement: Estimate | None
+    partial_motors: Estimate | None
+    trustworthiness: dict[int, Estimate]
+    continuity: dict[int, Estimate]
+    neighbours_to_random: Estimate
+    neighbours_to_floor: Estimate
+    linear_r2: dict[str, float]
+    nonlinear_r2: dict[str, float]
+    orientation_error: float
+    """Mean absolute error of the orientation change that a linear map decodes, degrees."""
+    circular_correlation: float
+    winding_number: float
+    loop_persistence: float | None
+    intrinsic_dimension: float | None
+    participation_ratio: float
+    components_95: int
+
+    def rows(self) -> Iterator[tuple[str, float | None, float | None, str]]:
+        """(measure, value, error by drawing subsets, what is perfect) of each measure."""
+        for part in fields(self):
+            value = getattr(self, part.name)
+            name, perfect = part.name.replace("_", " "), PERFECT.get(part.name, "")
+            if isinstance(value, dict):
+                for key, one in value.items():
+                    yield f"{name}, {key}", *_split(one), perfect
+            else:
+                yield name, *_split(value), perfect
+
+    def __str__(self) -> str:
+        lines = [f"{'measure':<34} {'value':>10} {'error':>9}  perfect"]
+        for name, value, error, perfect in self.rows():
+            shown = "" if value is None else f"{value:.4g}"
+            about = "" if error is None else f"{error:.2g}"
+            lines.append(f"{name:<34} {shown:>10} {about:>9}  {perfect}".rstrip())
+        return "\n".join(lines)
+
+
+PERFECT = {
+    "collapse_ratio": "0 (none: 1)",
+    "equivalence_auc": "1 (chance: 0.5)",
+    "topology_error": "0, on the same sample only",
+    "normalised_topology_error": "0 (random: 1)",
+    "metric_error": "0",
+    "rank_correlation": "1",
+    "partial_displacement": "1",
+    "partial_motors": "0",
+    "trustworthiness": "1 (random: 0.5)",
+    "continuity": "1 (random: 0.5)",
+    "neighbours_to_random": "near 0 (random: 1)",
+    "neighbours_to_floor": "1",
+    "linear_r2": "1",
+    "nonlinear_r2": "1",
+    "orientation_error": "0 degrees (random: 90)",
+    "circular_correlation": "1",
+    "winding_number": "1 or -1, where orientation closes",
+    "loop_persistence": "1, where orientation closes",
+    "intrinsic_dimension": "3",
+}
+
+
+def _split(value: Any) -> tuple[float | None, float | None]:
+    return (value.mean, value.error) if isinstance(value, Estimate) else (value, None)
+
+
+def topology(
+    codes: Float[Numbers, "N *C"],
+    displacements: Float[Numbers, "N 3"],
+    motors: Float[Numbers, "N *M"] | None = None,
+    groups: Int[Numbers, " N"] | None = None,
+    *,
+    weight: float | None = None,
+    seed: int = 0,
+) -> Topology:
+    """How N codes are organised by the displacements that their motor sequences lead to.
+
+    `displacements` are (longitudinal, lateral, orientation change in radians). With the `motors`
+    behind the codes it is measured whether codes copy them. `groups` numbers the sequences of
+    equal nominal displacement (negative: none); by default those are one group whose
+    displacements agree to a thousandth. `weight` is the w of `displacement_coordinates`.
+
+    Measures of pairs are means over `NUM_SUBSETS` random subsets of `SUBSET_SIZE` points drawn by
+    `seed`, and tell the standard error that this brings. Persistent homology and intrinsic
+    dimension need the extra `topology`, and are None without it.
+
+    Raises `UserError` for fewer than a hundred points, rows that do not belong together, values
+    that are not finite, and codes or displacements that do not vary.
+    """
+    h, d, m = checked(codes, displacements, motors)
+    labels = collapse.equal_rows(d) if groups is None else checked_groups(groups, len(h))
+    coordinates = displacement_coordinates(d, weight=weight)
+    rng = np.random.default_rng(seed)
+    order = rng.permutation(len(h))
+    subsets = [order]
+    if len(h) > SUBSET_SIZE:
+        subsets = [rng.choice(len(h), SUBSET_SIZE, replace=False) for _ in range(NUM_SUBSETS)]
+    some = order[:MOST_NEIGHBOUR_POINTS]
+    equivalent = bool((labels >= 0).any())
+    return Topology(
+        num_points=len(h),
+        weight=coordinates.weight,
+        seed=seed,
+        code_variance=float(h.var(axis=0).sum()),
+        collapse_ratio=collapse.collapse_ratio(h, labels) if equivalent else None,
+        equivalence_auc=(
+            collapse.equivalence_auc(h, m, labels, seed=seed)
+            if equivalent and m is not None
+            else None
+        ),
+        participation_ratio=dimension.participation_ratio(h),
+        components_95=dimension.components_for(h),
+        intrinsic_dimension=_with_extra("skdim", lambda: dimension.intrinsic_dimension(h[some])),
+        **_of_pairs(h, coordinates.points, m, subsets),
+        **_of_neighbours(h, coordinates.points, subsets),
+        **_of_probes(h, coordinates, some),
+        **_of_circle(h, d),
+    )
+
+
+def checked_groups(groups: Int[Numbers, " N"], num: int) -> collapse.Labels:
+    """The groups' numbers. Raises `UserError` unless there is one for each of `num` codes."""
+    from motorspace._errors import UserError
+
+    labels = np.asarray(groups)
+    if labels.shape != (num,) or not np.issubdtype(labels.dtype, np.integer):
+        raise UserError(
+            f"the groups are {labels.dtype} of shape {labels.shape}",
+            remedy=f"give one whole number for each of the {num:,} codes",
+        )
+    return labels
+
+
+def _with_extra(module: str, measure: Callable[[], float]) -> float | None:
+    return measure() if importlib.util.find_spec(module) else None
+
+
+def _estimates(samples: list[dict[str, float]]) -> dict[str, Estimate]:
+    """Of each measure the mean over the subsets and its standard error."""
+    table = {name: np.array([sample[name] for sample in samples]) for name in samples[0]}
+    many = len(samples)
+    return {
+        name: Estimate(
+            float(values.mean()), float(values.std(ddof=1) / np.sqrt(many)) if many > 1 else 0.0
+        )
+        for name, values in table.items()
+    }
+
+
+def _of_pairs(
+    h: Points, p: Points, m: Points | None, subsets: list[np.ndarray]
+) -> dict[str, Estimate | None]:
+    samples = []
+    for rows in subsets:
+        # The linear map is fitted on other points, where there are some.
+        others = np.setdiff1d(np.arange(len(h)), rows) if len(rows) < len(h) else rows
+        decoded = linear_decoder(h[others], p[others])(h[rows])
+        between = distances.centred_distances
+        dh, dp, dq = between(h[rows]), between(p[rows]), between(decoded)
+        kinds = [dh, dp] if m is None else [dh, dp, between(m[rows])]
+        ranks = distances.rank_correlations(*kinds)
+        sample = {
+            "topology_error": distances.topology_error(dh, dp),
+            "normalised_topology_error": distances.normalised_topology_error(dh, dp),
+            "metric_error": distances.metric_error(dq, dp),
+            "rank_correlation": float(ranks[0, 1]),
+        }
+        if m is not None:
+            sample["partial_displacement"] = distances.partial(ranks)
+            sample["partial_motors"] = distances.partial(ranks[np.ix_([0, 2, 1], [0, 2, 1])])
+        samples.append(sample)
+    missing = {"partial_displacement": None, "partial_motors": None}
+    return missing | _estimates(samples)
+
+
+def _of_neighbours(h: Points, p: Points, subsets: list[np.ndarray]) -> dict[str, Any]:
+    samples = []
+    for rows in subsets:
+        near = neighbours.neighbour_error(h[rows], p[rows])
+        sample = {"to_random": near.to_random, "to_floor": near.to_floor}
+        for k in (k for k in NEIGHBOURHOODS if 2 * k < len(rows)):
+            sample[f"trustworthiness {k}"] = neighbours.trustworthiness(h[rows], p[rows], k=k)
+            sample[f"continuity {k}"] = neighbours.continuity(h[rows], p[rows], k=k)
+        samples.append(sample)
+    found = _estimates(samples)
+
+    def by_k(name: str) -> dict[int, Estimate]:
+        return {k: found[f"{name} {k}"] for k in NEIGHBOURHOODS if f"{name} {k}" in found}
+
+    return {
+        "trustworthiness": by_k("trustworthiness"),
+        "continuity": by_k("continuity"),
+        "neighbours_to_random": found["to_random"],
+        "neighbours_to_floor": found["to_floor"],
+    }
+
+
+def _of_probes(h: Points, coordinates: Coordinates, some: np.ndarray) -> dict[str, Any]:
+    p = coordinates.points / np.array([1.0, 1.0, coordinates.weight, coordinates.weight])
+    train, test = np.array_split(some, 2)
+    split = h[train], p[train], h[test], p[test]
+    decoded, turns = linear_decoder(h[train], p[train])(h[test]), np.arctan2(p[:, 3], p[:, 2])
+    angles = np.arctan2(decoded[:, 3], decoded[:, 2])
+    return {
+        "linear_r2": _named(linear_probe(*split)),
+        "nonlinear_r2": _named(neighbour_probe(*split)),
+        "orientation_error": circle.circular_error(angles, turns[test]),
+        "circular_correlation": circle.circular_correlation(angles, turns[test]),
+    }
+
+
+def _named(values: Numbers) -> dict[str, float]:
+    return dict(zip(COMPONENTS, (float(v) for v in values), strict=True))
+
+
+def _of_circle(h: Points, d: Float[np.ndarray, "N 3"]) -> dict[str, float | None]:
+    translation = np.hypot(d[:, 0], d[:, 1])
+    small = np.argsort(translation)[: max(100, round(SMALL_TRANSLATION * len(h)))]
+    return {
+        "winding_number": circle.winding_number(h, d[:, 2]),
+        "loop_persistence": _with_extra("gudhi", lambda: circle.loop_persistence(h[small])),
+    }
