@@ -19,8 +19,9 @@ from motorspace.analysis.coordinates import (
 )
 from motorspace.analysis.probes import linear_decoder, linear_probe, neighbour_probe
 
-NUM_SUBSETS = 5
 SUBSET_SIZE = 2000
+RANKED_SIZE = 1000
+"""Points of a subset whose pairs are ranked, which takes longest."""
 MOST_NEIGHBOUR_POINTS = 20_000
 NEIGHBOURHOODS = (10, 20, 50)
 SMALL_TRANSLATION = 0.1
@@ -121,6 +122,7 @@ def topology(
     groups: Int[Numbers, " N"] | None = None,
     *,
     weight: float | None = None,
+    subsets: int = 5,
     seed: int = 0,
 ) -> Topology:
     """How N codes are organised by the displacements that their motor sequences lead to.
@@ -130,8 +132,8 @@ def topology(
     equal nominal displacement (negative: none); by default those are one group whose
     displacements agree to a thousandth. `weight` is the w of `displacement_coordinates`.
 
-    Measures of pairs are means over `NUM_SUBSETS` random subsets of `SUBSET_SIZE` points drawn by
-    `seed`, and tell the standard error that this brings. Persistent homology and intrinsic
+    Measures of pairs are means over random `subsets` of `SUBSET_SIZE` points drawn by `seed`, and
+    tell the standard error that this brings. Persistent homology and intrinsic
     dimension need the extra `topology`, and are None without it.
 
     Raises `UserError` for fewer than a hundred points, rows that do not belong together, values
@@ -142,9 +144,9 @@ def topology(
     coordinates = displacement_coordinates(d, weight=weight)
     rng = np.random.default_rng(seed)
     order = rng.permutation(len(h))
-    subsets = [order]
+    drawn = [order]
     if len(h) > SUBSET_SIZE:
-        subsets = [rng.choice(len(h), SUBSET_SIZE, replace=False) for _ in range(NUM_SUBSETS)]
+        drawn = [rng.choice(len(h), SUBSET_SIZE, replace=False) for _ in range(subsets)]
     some = order[:MOST_NEIGHBOUR_POINTS]
     equivalent = bool((labels >= 0).any())
     return Topology(
@@ -161,8 +163,8 @@ def topology(
         participation_ratio=dimension.participation_ratio(h),
         components_95=dimension.components_for(h),
         intrinsic_dimension=_with_extra("skdim", lambda: dimension.intrinsic_dimension(h[some])),
-        **_of_pairs(h, coordinates.points, m, subsets),
-        **_of_neighbours(h, coordinates.points, subsets),
+        **_of_pairs(h, coordinates.points, m, drawn),
+        **_of_neighbours(h, coordinates.points, drawn),
         **_of_probes(h, coordinates, some),
         **_of_circle(h, d),
     )
@@ -197,9 +199,7 @@ def _estimates(samples: list[dict[str, float]]) -> dict[str, Estimate]:
     }
 
 
-def _of_pairs(
-    h: Points, p: Points, m: Points | None, subsets: list[np.ndarray]
-) -> dict[str, Estimate | None]:
+def _of_pairs(h: Points, p: Points, m: Points | None, subsets: list[np.ndarray]) -> dict[str, Any]:
     samples = []
     for rows in subsets:
         # The linear map is fitted on other points, where there are some.
@@ -207,8 +207,9 @@ def _of_pairs(
         decoded = linear_decoder(h[others], p[others])(h[rows])
         between = distances.centred_distances
         dh, dp, dq = between(h[rows]), between(p[rows]), between(decoded)
-        kinds = [dh, dp] if m is None else [dh, dp, between(m[rows])]
-        ranks = distances.rank_correlations(*kinds)
+        kinds = (h, p) if m is None else (h, p, m)
+        ranked = [between(points[rows[:RANKED_SIZE]]) for points in kinds]
+        ranks = distances.rank_correlations(*ranked)
         sample = {
             "topology_error": distances.topology_error(dh, dp),
             "normalised_topology_error": distances.normalised_topology_error(dh, dp),
@@ -219,7 +220,7 @@ def _of_pairs(
             sample["partial_displacement"] = distances.partial(ranks)
             sample["partial_motors"] = distances.partial(ranks[np.ix_([0, 2, 1], [0, 2, 1])])
         samples.append(sample)
-    missing = {"partial_displacement": None, "partial_motors": None}
+    missing: dict[str, Any] = {"partial_displacement": None, "partial_motors": None}
     return missing | _estimates(samples)
 
 
@@ -263,7 +264,7 @@ def _named(values: Numbers) -> dict[str, float]:
     return dict(zip(COMPONENTS, (float(v) for v in values), strict=True))
 
 
-def _of_circle(h: Points, d: Float[np.ndarray, "N 3"]) -> dict[str, float | None]:
+def _of_circle(h: Points, d: Float[np.ndarray, "N 3"]) -> dict[str, Any]:
     translation = np.hypot(d[:, 0], d[:, 1])
     small = np.argsort(translation)[: max(100, round(SMALL_TRANSLATION * len(h)))]
     return {

@@ -9,9 +9,9 @@ import numpy as np
 from motorspace._files import write_atomically
 from motorspace._types import Watch
 from motorspace.analysis.projections import pca
+from motorspace.experiments import references
 from motorspace.experiments.figures import codes_of, world_figures
 from motorspace.experiments.measurement import measure
-from motorspace.experiments.paper import oracle_source
 from motorspace.models import ModelConfig
 from motorspace.reports import figures
 from motorspace.reports.page import Section, report_page
@@ -48,7 +48,7 @@ def demo(out: Path, *, seed: int = 0, watch: Watch = lambda record: None) -> Pat
         replace(config.training, epochs=ORACLE_EPOCHS, curriculum=0.0),
     )
     told = replace(config, model=model, training=training)
-    oracle = train(told, *oracle_source(told))
+    oracle = train(told, *references.oracle(told))
 
     measured = measure(run, num=NUM_TEST)
     best = measure(oracle, num=NUM_TEST)["errors"]["model"]

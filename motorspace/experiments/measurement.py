@@ -54,7 +54,7 @@ def as_seen_by(config: RunConfig, trajectories: Trajectories) -> Experience:
     return trajectories.experience
 
 
-def measure(run: Run, *, num: int) -> dict[str, Any]:
+def measure(run: Run, num: int) -> dict[str, Any]:
     """Errors on `num` fresh trajectories, the codes' variance, and linear probes of them."""
     config = run.config
     errors_key, probe_key = jax.random.split(jax.random.key(TEST_SEED + config.training.seed))

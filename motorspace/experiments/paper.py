@@ -9,24 +9,21 @@ from typing import Any, Literal
 
 from motorspace._errors import UserError
 from motorspace._files import locked, write_json
-from motorspace._types import Count, Key, Watch
-from motorspace.analysis.baselines import with_displacement_as_motors
+from motorspace._types import Watch
+from motorspace.experiments import references
 from motorspace.experiments.measurement import measure
-from motorspace.models import Scaling
 from motorspace.training import (
+    Run,
     RunConfig,
     SimulationConfig,
     TrainingConfig,
-    fresh_experience,
-    simulation_scaling,
-    simulator,
+    initial_run,
     train,
 )
-from motorspace.trajectories import Experience, ExperienceSource
 
 Budget = Literal["quick", "fifth", "half", "paper"]
-Part = Literal["model", "oracle", "untrained"]
-Experiment = Literal["lattice", "table", "points", "figures", "robots", "all"]
+Part = Literal["model", "oracle", "untrained", "shuffled", "supervised", "initial"]
+Experiment = Literal["lattice", "table", "points", "topology", "figures", "robots", "all"]
 
 ROTATIONS = (0.2, 0.4, 0.6, 0.8, 1.0, 1.2)
 PAPER_ERRORS = {
@@ -68,6 +65,13 @@ TEST_TRAJECTORIES: dict[Budget, int] = {
     "paper": 1_000_000,
 }
 
+SOURCES = {
+    "oracle": references.oracle,
+    "shuffled": references.shuffled,
+    "supervised": references.supervised,
+}
+"""What the reference rows learn from that do not learn from experience as it is."""
+
 MEASURED = frozenset({"name", "part", "date", "seed", "epochs", "recipe", "errors", "probe_r2"})
 """What every run's results tell."""
 
@@ -79,6 +83,7 @@ class Job:
     name: str
     config: RunConfig
     part: Part = "model"
+    measure: Callable[[Run, int], dict[str, Any]] = measure
 
     @property
     def folder(self) -> str:
@@ -90,7 +95,7 @@ def table_jobs(budget: Budget, *, seeds: int, parts: tuple[Part, ...]) -> list[J
     return [
         Job(
             f"table/{agent}-{rotation}",
-            _variant(_table_config(agent, rotation, budget, seed), part),
+            variant(cell(agent, rotation, budget, seed), part),
             part,
         )
         for seed in range(seeds)
@@ -109,7 +114,7 @@ def lattice_jobs(budget: Budget, *, seeds: int) -> list[Job]:
             Job(f"lattice/{kind}", replace(base, model=replace(base.model, **weights)))
             for kind, weights in LATTICE_KINDS.items()
         ]
-        jobs.append(Job("lattice/without-inverse", _variant(base, "untrained"), "untrained"))
+        jobs.append(Job("lattice/without-inverse", variant(base, "untrained"), "untrained"))
     return jobs
 
 
@@ -138,18 +143,20 @@ POINTS_CELL = ("holonomic", 0.8)
 def point_jobs(budget: Budget, *, seeds: int) -> list[Job]:
     """The runs behind the table of open points."""
     return [
-        Job(f"points/{name}", _changed(_table_config(*POINTS_CELL, budget, seed), change))
+        Job(f"points/{name}", changed(cell(*POINTS_CELL, budget, seed), change))
         for seed in range(seeds)
         for name, change in POINTS.items()
     ]
 
 
-def _changed(config: RunConfig, change: dict[str, dict[str, Any]]) -> RunConfig:
+def changed(config: RunConfig, change: dict[str, dict[str, Any]]) -> RunConfig:
+    """The configuration with other fields in some of its parts."""
     parts = {part: replace(getattr(config, part), **fields) for part, fields in change.items()}
     return replace(config, **parts)
 
 
-def _table_config(agent: str, rotation: float, budget: Budget, seed: int) -> RunConfig:
+def cell(agent: str, rotation: float, budget: Budget, seed: int) -> RunConfig:
+    """One cell of the paper's table I: an agent and its largest rotation, in units of pi."""
     base = _budgeted(PRESETS[agent], budget, seed)
     return replace(base, simulation=replace(base.simulation, max_rotation=rotation))
 
@@ -159,7 +166,7 @@ def _budgeted(config: RunConfig, budget: Budget, seed: int) -> RunConfig:
     return replace(config, training=replace(config.training, epochs=epochs, seed=seed))
 
 
-def _variant(config: RunConfig, part: Part) -> RunConfig:
+def variant(config: RunConfig, part: Part) -> RunConfig:
     """The configuration of a reference row under the same budget."""
     if part == "oracle":
         model = replace(config.model, encoder="identity")
@@ -182,29 +189,16 @@ def run_job(
     results = folder / "results.json"
     if results.exists():
         return _read_results(results)
-    source: ExperienceSource
-    if job.part == "oracle":
-        source, scaling = oracle_source(job.config)
+    if job.part == "initial":
+        run = initial_run(job.config)
     else:
-        source, scaling = fresh_experience(job.config), simulation_scaling(job.config)
-    run = train(job.config, source, scaling, folder, resume=True, watch=watch)
+        source, scaling = SOURCES.get(job.part, references.learned)(job.config)
+        run = train(job.config, source, scaling, folder, resume=True, watch=watch)
     made = {"name": job.name, "part": job.part, "date": date.today().isoformat()}
-    measured = made | measure(run, num=num_test)
+    measured = made | job.measure(run, num_test)
     with locked(folder):
         write_json(results, measured)
     return measured
-
-
-def oracle_source(
-    config: RunConfig,
-) -> tuple[Callable[[Key, Count], Experience], Scaling]:
-    """Fresh experience whose command is the true displacement itself, and its scaling."""
-    draw, reach = simulator(config), float(config.simulation.horizon)
-    sensors = simulation_scaling(config).sensors
-    return (
-        lambda key, epoch: with_displacement_as_motors(draw(key, epoch), reach),
-        Scaling(sensors, (1.0,) * 4),
-    )
 
 
 def finished(out: Path) -> Iterator[dict[str, Any]]:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from motorspace._errors import UserError
 from motorspace._files import locked, write_json
-from motorspace.experiments import figures, paper, robots, summary
+from motorspace.experiments import figures, paper, robots, summary, topology
 from motorspace.training import RunConfig, fresh_experience, simulation_scaling, train
 
 Report = Callable[[str], None]
@@ -44,6 +44,9 @@ def reproduce(
         wanted += paper.table_jobs(budget, seeds=seeds, parts=parts)
     if what in ("points", "all"):
         wanted += paper.point_jobs(budget, seeds=seeds)
+    if what in ("topology", "all"):
+        wanted += topology.topology_jobs(budget, seeds=seeds)
+        wanted += topology.ablation_jobs(budget, seeds=seeds)
     with locked(folder):
         run_all(wanted, folder, budget=budget, processes=processes, report=report)
         for name, shown in summary.gathered(list(paper.finished(folder)), budget).items():
@@ -85,8 +88,9 @@ def run_all(
     with _pool(processes) as pool:
         running = {pool.submit(paper.run_job, job, folder, num_test=num_test): job for job in jobs}
         for done, future in enumerate(as_completed(running), start=1):
-            error = future.result()["errors"]["model"]
-            report(f"[{done}/{len(jobs)}] {running[future].folder}: error {error:.4g}")
+            errors = future.result()["errors"]
+            told = f": error {errors['model']:.4g}" if errors else ""
+            report(f"[{done}/{len(jobs)}] {running[future].folder}{told}")
 
 
 def train_seeds(

@@ -114,9 +114,9 @@ class GroupEncoder(AbstractMotorEncoder):
     def __init__(self, motor_size: int, hidden_size: int, code_size: int, *, key: Key) -> None:
         self.size = matrix_size(code_size)
         transition_key, readout_key, wide_key = jax.random.split(key, 3)
-        sizes = (motor_size, code_size, hidden_size, 2, jnp.tanh)
+        sizes = (motor_size, code_size, hidden_size, 2, jnp.sin)
         transition = eqx.nn.MLP(*sizes, key=transition_key)
-        # A unit bends about once per radian, as it must to fold turns: see `ModelConfig`.
+        # Sines of about one radian per radian fold turns by themselves.
         wide = jax.random.normal(wide_key, (hidden_size, motor_size))
         self.transition = eqx.tree_at(lambda mlp: mlp.layers[0].weight, transition, wide)
         self.readout = eqx.nn.MLP(*sizes, key=readout_key)

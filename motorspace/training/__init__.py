@@ -10,5 +10,6 @@ from motorspace.training.fit import TrainState as TrainState
 from motorspace.training.fit import fit as fit
 from motorspace.training.fit import init as init
 from motorspace.training.runs import Run as Run
+from motorspace.training.runs import initial_run as initial_run
 from motorspace.training.runs import load_run as load_run
 from motorspace.training.runs import train as train

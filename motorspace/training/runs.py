@@ -28,7 +28,7 @@ from motorspace._files import locked, write_atomically, write_json
 from motorspace._types import Record, Watch
 from motorspace.models import Model, Scaling
 from motorspace.models.losses import encode_all
-from motorspace.training.config import RunConfig, config_from_json
+from motorspace.training.config import RunConfig, config_from_json, simulation_scaling
 from motorspace.training.fit import COLLAPSED_BELOW, TrainState, fit, init
 from motorspace.trajectories import Experience, ExperienceSource
 
@@ -125,6 +125,12 @@ def train(
             keeper.write()
         write_atomically(folder / "weights.safetensors", _packed(state.kept))
     return Run(config, state.kept, tuple(keeper.log))
+
+
+def initial_run(config: RunConfig) -> Run:
+    """A simulated run before its first epoch: a reference for what training adds."""
+    scaling, horizon = simulation_scaling(config), config.simulation.horizon
+    return Run(config, init(config.training, config.model, scaling, horizon=horizon).model)
 
 
 def _horizon(source: ExperienceSource) -> int:

@@ -1,0 +1,55 @@
+"""What else the same network can be given to learn: the reference rows that need training."""
+
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+
+from motorspace._types import Count, Key
+from motorspace.analysis.baselines import with_displacement_as_motors
+from motorspace.analysis.probes import displacement_targets
+from motorspace.models import Scaling
+from motorspace.training import RunConfig, fresh_experience, simulation_scaling, simulator
+from motorspace.trajectories import Experience, ExperienceSource
+
+Source = Callable[[Key, Count], Experience]
+
+
+def learned(config: RunConfig) -> tuple[ExperienceSource, Scaling]:
+    """Fresh experience as it is."""
+    return fresh_experience(config), simulation_scaling(config)
+
+
+def oracle(config: RunConfig) -> tuple[Source, Scaling]:
+    """Fresh experience whose command is the true displacement itself."""
+    draw, reach = simulator(config), float(config.simulation.horizon)
+    sensors = simulation_scaling(config).sensors
+    return (
+        lambda key, epoch: with_displacement_as_motors(draw(key, epoch), reach),
+        Scaling(sensors, (1.0,) * 4),
+    )
+
+
+def shuffled(config: RunConfig) -> tuple[Source, Scaling]:
+    """Fresh experience in which every sequence leads to what another one led to."""
+    draw = simulator(config)
+
+    def source(key: Key, epoch: Count) -> Experience:
+        drawn = draw(key, epoch).experience
+        later = jax.random.permutation(jax.random.fold_in(key, 1), drawn.later_sensors)
+        return Experience(drawn.sensors, drawn.motors, drawn.num_steps, later)
+
+    return source, simulation_scaling(config)
+
+
+def supervised(config: RunConfig) -> tuple[Source, Scaling]:
+    """Motor sequences with the displacement to be told, instead of the sensors."""
+    draw, reach = simulator(config), float(config.simulation.horizon)
+
+    def source(key: Key, epoch: Count) -> Experience:
+        drawn = draw(key, epoch)
+        told = jnp.asarray(displacement_targets(drawn.displacements.achieved))
+        motors, num_steps = drawn.experience.motors, drawn.experience.num_steps
+        return Experience(jnp.zeros_like(told), motors, num_steps, told)
+
+    return source, Scaling((reach, reach, 1.0, 1.0), simulation_scaling(config).motors)
