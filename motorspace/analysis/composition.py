@@ -32,7 +32,7 @@ def composition_errors(first: Points, second: Points, both: Points) -> dict[str,
     for name, inputs in features.items():
         errors[name] = _held_out(make_pipeline(StandardScaler(), Ridge(1e-3)), inputs, both)
     network = MLPRegressor(
-        hidden_layer_sizes=(100, 100), early_stopping=True, max_iter=100, random_state=0
+        hidden_layer_sizes=(100, 100), early_stopping=True, max_iter=50, random_state=0
     )
     errors["network"] = _held_out(make_pipeline(StandardScaler(), network), linear, both)
     return errors

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -32,19 +33,14 @@ NUM_COMPOSED = 4_000
 
 
 def encoder_of(encode: Callable[[Array, Array], Array]) -> Encode:
-    """A network's `encode(motors, num_steps)` for sequences of any length up to the longest.
+    """A network's `encode(motors, num_steps)` for sequences of any length up to the longest."""
 
-    All are filled up to that one, so that it is compiled once.
-    """
-
-    def padded(motors: Motors) -> Codes:
-        num, length, size = motors.shape
-        filled = np.zeros((num, max(length, LENGTHS[-1]), size), np.float32)
-        filled[:, :length] = motors
-        codes = encode(jnp.asarray(filled), jnp.full(num, length))
+    def any_length(motors: Motors) -> Codes:
+        num, length, _ = motors.shape
+        codes = encode(jnp.asarray(_filled(motors)), jnp.full(num, length))
         return np.asarray(codes, np.float64)
 
-    return padded
+    return any_length
 
 
 def organisation(
@@ -161,13 +157,30 @@ def lengths(
 
 def random_commands(agent: AbstractAgent, shape: tuple[int, int], *, key: Key) -> Motors:
     """Commands as the agent explores with, walls aside: [*shape, M]."""
-    keys = jax.random.split(key, shape)
-    return np.asarray(jax.jit(jax.vmap(jax.vmap(lambda k: agent.draw(key=k))))(keys))
+    num, length = shape
+    keys = jax.random.split(key, (NUM_SEQUENCES, max(length, LENGTHS[-1])))
+    return np.asarray(_drawn(agent, keys))[:num, :length]
+
+
+@eqx.filter_jit
+def _drawn(agent: AbstractAgent, keys: Array) -> Array:
+    return jax.vmap(jax.vmap(lambda key: agent.draw(key=key)))(keys)
 
 
 def nominal(agent: AbstractAgent, motors: Motors) -> Float[np.ndarray, "N 3"]:
     """The displacement of each sequence with no walls."""
     num, length, _ = motors.shape
     here = Pose(*[jnp.zeros(num)] * 4)
-    inside_out: Array = jnp.moveaxis(jnp.asarray(motors), 0, -1)
-    return np.asarray(nominal_displacement(agent, here, inside_out, jnp.full(num, length)).T)
+    agents_last = jnp.moveaxis(jnp.asarray(_filled(motors)), 0, -1)
+    return np.asarray(_nominal(agent, here, agents_last, jnp.full(num, length)).T)
+
+
+_nominal = eqx.filter_jit(nominal_displacement)
+
+
+def _filled(motors: Motors) -> Motors:
+    """Rows up to the longest length, so that every length shares one compiled program."""
+    num, length, size = motors.shape
+    filled = np.zeros((num, max(length, LENGTHS[-1]), size), np.float32)
+    filled[:, :length] = motors
+    return filled
