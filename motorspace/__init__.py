@@ -6,6 +6,8 @@ analysis -> reports. Nothing on the left imports anything on its right.
 
 from motorspace._errors import UserError as UserError
 from motorspace._types import Pose as Pose
+from motorspace.analysis.topology import Topology as Topology
+from motorspace.analysis.topology import topology as topology
 from motorspace.models import ModelConfig as ModelConfig
 from motorspace.training import Run as Run
 from motorspace.training import RunConfig as RunConfig

@@ -54,3 +54,15 @@ def write_atomically(path: Path, content: bytes) -> None:
 def write_json(path: Path, value: Any) -> None:
     """Replace a JSON file as a whole."""
     write_atomically(path, (json.dumps(value, indent=1) + "\n").encode())
+
+
+def write_text(path: Path, text: str) -> None:
+    """Replace a text file as a whole. Raises `UserError` when it cannot be written."""
+    try:
+        write_atomically(path, text.encode())
+    except OSError as error:
+        raise UserError(
+            f"the file cannot be written ({error.strerror})",
+            where=path,
+            remedy="give a file in a folder that exists and may be written to",
+        ) from None

@@ -7,13 +7,13 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import jax
 import tyro
 
 from motorspace._errors import UserError
-from motorspace._files import write_json
+from motorspace._files import write_json, write_text
 from motorspace._types import Record, Watch
 from motorspace.experiments import paper
 from motorspace.experiments.measurement import measure
@@ -30,6 +30,7 @@ tell = partial(print, flush=True)
 @app.command(name="train")
 def train_command(
     config: Preset = paper.FORWARD,  # type: ignore[valid-type]
+    preset: Literal["paper", "best"] = "paper",
     out: Path | None = None,
     data: Path | None = None,
     resume: Flag = False,
@@ -40,6 +41,8 @@ def train_command(
 
     Args:
         config: The paper's system to start from; every flag changes one of its parameters.
+        preset: paper, or best: the network whose codes are organised best (docs/topology.md); it
+            changes what is not given as a flag.
         out: Folder of the run; runs/AGENT-SEED when left out.
         data: A robot's log to learn from instead of a simulation (CARMEN, CSV or Parquet).
         resume: Continue the run in this folder from its last checkpoint.
@@ -47,6 +50,10 @@ def train_command(
         jobs: Networks trained at once when there are several.
     """
     run: RunConfig = config
+    if preset == "best":
+        from motorspace.experiments.topology import BEST
+
+        run = paper.changed_where_default(run, BEST)
     name = run.simulation.agent if data is None else data.name.partition(".")[0]
     folder = out or Path("runs") / f"{name}-{run.training.seed}"
     if seeds < 1 or (seeds > 1 and data is not None):
@@ -160,6 +167,43 @@ def reproduce_command(
     )
     if what == "all" and logs is not None:
         reproduction.reproduce_robots(out, logs, seeds=seeds, report=tell)
+
+
+@app.command(name="topology")
+def topology_command(
+    codes: tyro.conf.Positional[Path],
+    displacements: tyro.conf.Positional[Path | None] = None,
+    motors: Path | None = None,
+    out: Path = Path("topology.html"),
+    seed: int = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Measure how codes are organised by displacement, on anybody's codes or on a run.
+
+    Args:
+        codes: Codes, one row for each motor sequence (.npy, .parquet or .zarr), or a run's folder.
+        displacements: Longitudinal and lateral displacement and orientation change of each code, in
+            radians; left out for a run.
+        motors: The motor commands behind each code: tells codes that copy them.
+        out: The page to write.
+        seed: Seed of the random subsets of pairs, and of a run's fresh sequences.
+    """
+    from motorspace._arrays import read_array
+    from motorspace.analysis.topology import topology
+    from motorspace.experiments.organisation import Sampled
+    from motorspace.experiments.topology import topology_of, topology_page
+
+    if displacements is None:
+        found = topology_of(load_run(codes), seed=seed)
+    else:
+        h, d = read_array(codes), read_array(displacements)
+        told = topology(h, d, None if motors is None else read_array(motors), seed=seed)
+        found = Sampled(h.reshape(len(h), -1), d, told)
+    write_text(out, topology_page(found))
+    if as_json:
+        print(json.dumps({name: value for name, value, _, _ in found.topology.rows()}))
+    else:
+        print(f"{found.topology}\nopen {out}")
 
 
 @app.command(name="demo")

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import jax
+import numpy as np
 import pytest
 
 from motorspace import load_run
@@ -37,6 +38,26 @@ def test_train_evaluate_and_resume(tmp_path, capsys):
     main(["train", "forward", *TINY, "--horizon", "2", "--out", folder, "--resume"])
     described = json.loads((tmp_path / "run" / "config.json").read_text())
     assert described["config"]["simulation"]["horizon"] == 2
+
+
+def test_the_topology_of_a_run_and_of_anybodys_codes(tmp_path, capsys):
+    folder, page = tmp_path / "run", tmp_path / "page.html"
+    best = ["--preset", "best", "--code-size", "12"]
+    main(["train", "forward", *TINY, *best, "--horizon", "4", "--out", str(folder)])
+    config = load_run(folder).config.model
+    assert (config.encoder, config.code_size) == ("group", 12)
+    main(["topology", str(folder), "--out", str(page)])
+    told = capsys.readouterr().out
+    assert "normalised topology error" in told and f"open {page}" in told
+    assert page.read_text().startswith("<!doctype html>")
+    random = np.random.default_rng(0)
+    displacements = random.normal(size=(300, 3))
+    np.save(tmp_path / "codes.npy", displacements @ random.normal(size=(3, 5)))
+    np.save(tmp_path / "d.npy", displacements)
+    files = [str(tmp_path / "codes.npy"), str(tmp_path / "d.npy"), "--motors"]
+    main(["topology", *files, files[1], "--out", str(page), "--json"])
+    measured = json.loads(capsys.readouterr().out)
+    assert measured["linear r2, longitudinal"] == pytest.approx(1.0, abs=1e-6)
 
 
 def test_several_seeds_are_trained_side_by_side(tmp_path, capsys):
@@ -71,6 +92,9 @@ WRONG = {
     "log": (["inspect", "nowhere.log"], "the log cannot be read"),
     "seeds": (["train", "forward", "--seeds", "0"], "cannot train 0 seeds"),
     "num": (["evaluate", "nowhere", "--num", "0"], "cannot measure on 0 trajectories"),
+    "array": (["topology", "codes.npy", "d.npy"], "codes.npy: there is no such file"),
+    "kind": (["topology", "codes.pkl", "d.npy"], "files that end in '.pkl' are not read"),
+    "preset": (["topology", "nowhere"], "there is no run here; give a folder"),
 }
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 from jaxtyping import Float
+from sklearn.neighbors import NearestNeighbors
 
 from motorspace.analysis.coordinates import Points
 from motorspace.analysis.projections import pca
@@ -49,6 +50,32 @@ def mean_angle(angles: Angles) -> float:
 def wrapped(angles: Angles) -> Angles:
     """The same angles in [-pi, pi)."""
     return (angles + np.pi) % (2 * np.pi) - np.pi
+
+
+def seam_gap(codes: Points, points: Points, turns: Angles, *, width: float = 0.3) -> float:
+    """How far apart codes lie across half a turn, relative to as near ones on the same side.
+
+    Of every code whose orientation change is within `width` radians below half a turn: the distance
+    to the code of the displacement (a row of `points`) nearest to its own just beyond, where
+    angles begin anew, over that to the nearest on its own side, each relative to how far the
+    displacements are apart. 1: orientation has closed; far above 1: it is torn open there. NaN with
+    fewer than ten codes on either side.
+    """
+    before, beyond = np.flatnonzero(turns > np.pi - width), np.flatnonzero(turns < width - np.pi)
+    if min(len(before), len(beyond)) < 10:
+        return float("nan")
+    across = _stretch(codes, points, before, beyond, rank=0)
+    return across / _stretch(codes, points, before, before, rank=1)
+
+
+def _stretch(
+    codes: Points, points: Points, first: np.ndarray, second: np.ndarray, *, rank: int
+) -> float:
+    """Mean distance of codes over that of points, of each of `first` and the nearest `second`."""
+    near = NearestNeighbors(n_neighbors=rank + 1).fit(points[second])
+    chosen = second[near.kneighbors(points[first], return_distance=False)[:, rank]]
+    apart = np.linalg.norm(codes[first] - codes[chosen], axis=1).mean()
+    return float(apart / np.linalg.norm(points[first] - points[chosen], axis=1).mean())
 
 
 def loop_persistence(codes: Points) -> float:

@@ -9,6 +9,9 @@ from motorspace.analysis.coordinates import Points
 Labels = Int[np.ndarray, " N"]
 """A number for every group of equivalent sequences; negative for those of no group."""
 
+ROUNDING = 1e-24
+"""Variance of codes that differ by float64 rounding alone, relative to their mean square."""
+
 NUM_CANDIDATES = 64
 """Sequences looked through for one as far in motors as an equivalent one."""
 
@@ -30,7 +33,7 @@ def collapse_ratio(codes: Points, groups: Labels) -> float:
     """
     total = 2 * codes.var(axis=0, ddof=1).sum()
     grouped = groups >= 0
-    if not grouped.any() or total <= 0:
+    if not grouped.any() or total <= ROUNDING * float((codes**2).sum(axis=1).mean()):
         return float("nan")
     _, index, counts = np.unique(groups[grouped], return_inverse=True, return_counts=True)
     members = codes[grouped]
@@ -65,7 +68,7 @@ def equivalence_auc(codes: Points, motors: Points, groups: Labels, *, seed: int 
     return float(roc_auc_score(equivalent, -distances))
 
 
-def _pairs(groups: Labels, rng: np.random.Generator) -> tuple[Labels, Labels]:
+def _pairs(groups: Labels, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Every member of a group with a random other one."""
     order = rng.permutation(np.flatnonzero(groups >= 0))
     order = order[np.argsort(groups[order], kind="stable")]

@@ -4,11 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Array, Float
+from numpy.typing import ArrayLike
 
 from motorspace._errors import UserError
 
 Numbers = Array | np.ndarray
-Points = Float[np.ndarray, "N D"]
+Points = Float[np.ndarray, "N _"]
+"""N points; of what dimension is free, and differs between those of one function."""
 
 COMPONENTS = ("longitudinal", "lateral", "cos", "sin")
 FEWEST_POINTS = 100
@@ -44,7 +46,7 @@ def _variance(points: Points) -> float:
 
 
 def checked(
-    codes: Numbers, displacements: Numbers, motors: Numbers | None
+    codes: ArrayLike, displacements: ArrayLike, motors: ArrayLike | None
 ) -> tuple[Points, Float[np.ndarray, "N 3"], Points | None]:
     """The same in float64, one row each.
 
@@ -79,7 +81,7 @@ def checked(
     return h, d, m
 
 
-def _rows(values: Numbers, name: str) -> Points:
+def _rows(values: ArrayLike, name: str) -> Points:
     try:
         array = np.asarray(values, np.float64)
     except (TypeError, ValueError):

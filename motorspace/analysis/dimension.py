@@ -1,6 +1,7 @@
 """How many dimensions do codes fill?"""
 
 import numpy as np
+from jaxtyping import Float
 from sklearn.decomposition import PCA
 
 from motorspace.analysis.coordinates import Points
@@ -29,5 +30,5 @@ def components_for(codes: Points, *, share: float = 0.95) -> int:
     return int(np.searchsorted(power, share * power[-1] * (1 - 1e-12))) + 1
 
 
-def _powers(codes: Points) -> Points:
+def _powers(codes: Points) -> Float[np.ndarray, " P"]:
     return np.asarray(PCA().fit(codes).explained_variance_)

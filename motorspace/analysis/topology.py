@@ -6,8 +6,10 @@ from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
+from numpy.typing import ArrayLike
 
+from motorspace._errors import UserError
 from motorspace.analysis import circle, collapse, dimension, distances, neighbours
 from motorspace.analysis.coordinates import (
     COMPONENTS,
@@ -112,14 +114,16 @@ PERFECT = {
 
 
 def _split(value: Any) -> tuple[float | None, float | None]:
-    return (value.mean, value.error) if isinstance(value, Estimate) else (value, None)
+    if isinstance(value, Estimate):
+        return value.mean, value.error
+    return None if value is None else float(value), None
 
 
 def topology(
-    codes: Float[Numbers, "N *C"],
-    displacements: Float[Numbers, "N 3"],
-    motors: Float[Numbers, "N *M"] | None = None,
-    groups: Int[Numbers, " N"] | None = None,
+    codes: ArrayLike,
+    displacements: ArrayLike,
+    motors: ArrayLike | None = None,
+    groups: ArrayLike | None = None,
     *,
     weight: float | None = None,
     subsets: int = 5,
@@ -127,10 +131,11 @@ def topology(
 ) -> Topology:
     """How N codes are organised by the displacements that their motor sequences lead to.
 
-    `displacements` are (longitudinal, lateral, orientation change in radians). With the `motors`
-    behind the codes it is measured whether codes copy them. `groups` numbers the sequences of
-    equal nominal displacement (negative: none); by default those are one group whose
-    displacements agree to a thousandth. `weight` is the w of `displacement_coordinates`.
+    `codes` are [N, ...] and `displacements` [N, 3]: (longitudinal, lateral, orientation change in
+    radians). With the `motors` [N, ...] behind the codes it is measured whether codes copy them.
+    `groups` [N] numbers the sequences of equal nominal displacement (negative: none); by default
+    those are one group whose displacements agree to a thousandth. `weight` is the w of
+    `displacement_coordinates`.
 
     Measures of pairs are means over random `subsets` of `SUBSET_SIZE` points drawn by `seed`, and
     tell the standard error that this brings. Persistent homology and intrinsic
@@ -170,10 +175,8 @@ def topology(
     )
 
 
-def checked_groups(groups: Int[Numbers, " N"], num: int) -> collapse.Labels:
+def checked_groups(groups: ArrayLike, num: int) -> collapse.Labels:
     """The groups' numbers. Raises `UserError` unless there is one for each of `num` codes."""
-    from motorspace._errors import UserError
-
     labels = np.asarray(groups)
     if labels.shape != (num,) or not np.issubdtype(labels.dtype, np.integer):
         raise UserError(

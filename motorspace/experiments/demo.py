@@ -96,8 +96,8 @@ def _result_sections(run: Run, measured: dict[str, Any], oracle: float) -> list[
     ]
     scale = run.model.scaling.sensors[0] ** 2
     curve = np.array([record["prediction_loss"] * scale for record in run.log])
-    references = {"persistence": errors["persistence"], "oracle": oracle}
-    learning = figures.png(figures.learning_curve_figure({"training": curve}, references))
+    levels = {"persistence": errors["persistence"], "oracle": oracle}
+    learning = figures.png(figures.learning_curve_figure({"training": curve}, levels))
 
     codes, displacements = codes_of(run)
     projection = pca(codes)

@@ -1,9 +1,8 @@
 """How low a prediction's error can get that knows s_t and the true displacement, not the place.
 
-The floor is estimated by memory. Of many poses in a world those that sense nearly s_t are corrected
-until they sense it exactly and moved by the displacement; the mean of what they sense there is the
-prediction. It uses nothing but what any such predictor knows, so its error is an upper estimate
-of the floor, and comes down to it with the number of poses.
+Of many remembered poses those that sense nearly s_t are corrected until they sense it exactly, and
+moved by the displacement; the mean of what they sense there is the prediction. It uses only what
+every such predictor knows: its error estimates the floor from above, the closer the more poses.
 """
 
 import itertools
@@ -15,13 +14,13 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Float
 from scipy.spatial import cKDTree
 
 from motorspace._types import Displacement, Key, Pose, Sensors
 from motorspace.experiments import paper
 from motorspace.experiments.measurement import draw_test
-from motorspace.experiments.summary import spread
+from motorspace.experiments.summary import Row, spread
 from motorspace.training import RunConfig
 from motorspace.trajectories import Trajectories
 from motorspace.worlds import AbstractSensor, AbstractWorld
@@ -30,161 +29,140 @@ from motorspace.worlds.geometry import advance, wrap
 CELLS = tuple(itertools.product(paper.PAPER_ERRORS, paper.ROTATIONS))
 FLOOR_SEED = 2_000_003
 NUM_POSES = (10_000, 100_000, 1_000_000)
-NUM_TEST, NUM_SETS = 800, 5
+NUM_SETS, NUM_TEST = 5, 800
 NEIGHBOURS = (25, 50, 100, 200)
-BANDWIDTHS = (0.001, 0.01, 0.1, 1.0)
-"""Root mean squares, per sensor, by which a corrected pose may still be off; raw units."""
+CHUNK_SIZE = 64
 
 CORRECTIONS = 8
+BANDWIDTH = 3e-3
+"""Root mean square by which the sensors of a pose that matches may be off; raw units."""
 DIFFERENCE = 1e-3
-"""World units and radians: rounding of float32 and curvature cost a finite difference as much."""
+"""Step of the finite differences, world units and radians: far above the rounding of float32."""
 OUTLIER = 0.1
-"""A sensor that is off by more counts less: a ray beside a corner is off by a jump, whose size
-says nothing about how far off the pose is."""
-CHUNK_SIZE = 64
+"""What is off by more counts less: a ray beside a corner is off by a jump, not by a slope."""
 
 
 @dataclass(frozen=True)
 class Memory:
-    """P poses of a world, drawn as trajectories begin, and what is sensed there."""
+    """Poses drawn as trajectories begin; `tree` holds them by what they sense."""
 
     world: AbstractWorld
     sensor: AbstractSensor[Any]
     poses: Pose
     tree: cKDTree
-    """The poses by what they sense."""
 
 
-class Recall(NamedTuple):
-    """What k poses foretell of each of N trajectories, those first that sense most like it."""
+class Prediction(NamedTuple):
+    """Mean and variance of what the poses foretell that match."""
 
-    mismatch: Float[Array, "N k"]
-    """Mean squared difference between s_t and what the corrected pose senses."""
-    possible: Bool[Array, "N k"]
-    """Whether the displacement ends at a free place."""
-    later: Float[Array, "N k K"]
+    mean: Float[Array, "*N K"]
+    variance: Float[Array, "*N K"]
 
 
 class Floor(NamedTuple):
-    """An upper estimate of the floor, raw units squared, and how it came about."""
+    """An upper estimate of the floor, raw units squared."""
 
     errors: tuple[float, ...]
     """Mean squared error on each test set."""
     standard_error: float
-    """Of the mean over all test trajectories."""
+    """Of their mean, over all test trajectories."""
     disagreement: float
-    """Variance among the poses that match: the floor itself, were they just the possible ones."""
+    """The mean variance of the predictions: the floor, were the matching poses the possible ones."""
     neighbours: int
-    bandwidth: float
 
 
 def remember(world: AbstractWorld, sensor: AbstractSensor[Any], num: int, *, key: Key) -> Memory:
-    """A memory of `num` poses; it serves every agent whose senses know only place and gaze."""
+    """A memory of `num` poses, for every agent whose sensors know only place and gaze."""
     poses = eqx.filter_jit(jax.vmap(lambda k: world.place(key=k)))(jax.random.split(key, num))
     sensors = eqx.filter_jit(sensor.sense)(world, poses)
     return Memory(world, sensor, poses, cKDTree(np.asarray(sensors, np.float64).T))
 
 
-def recall(memory: Memory, trajectories: Trajectories, k: int) -> Recall:
-    """What the k poses nearest in sensor space foretell."""
+def foretell(memory: Memory, trajectories: Trajectories, k: int) -> Prediction:
+    """What is predicted from s_t and the displacement by the k poses that sense most like s_t."""
     sensors = trajectories.experience.sensors
-    nearest = memory.tree.query(np.asarray(sensors, np.float64), k=range(1, k + 1))[1]
+    _, nearest = memory.tree.query(np.asarray(sensors, np.float64), k=range(1, k + 1))
     poses = jax.tree.map(lambda field: field[nearest], memory.poses)
-    achieved = trajectories.displacements.achieved
-    return _foretold(memory.world, memory.sensor, poses, sensors, achieved)
+    cases = poses, sensors, trajectories.displacements.achieved
+    return _foretold(memory.world, memory.sensor, cases)
 
 
 @eqx.filter_jit
 def _foretold(
     world: AbstractWorld,
     sensor: AbstractSensor[Any],
-    poses: Pose,
-    sensors: Float[Array, "N K"],
-    displacements: Float[Array, "N 3"],
-) -> Recall:
-    def one(case: tuple[Pose, Sensors, Displacement]) -> Recall:
-        pose, sensed, (longitudinal, lateral, turn) = case
-        pose = _corrected(world, sensor, pose, sensed)
+    cases: tuple[Pose, Float[Array, "N K"], Float[Array, "N 3"]],
+) -> Prediction:
+    def one(case: tuple[Pose, Sensors, Displacement]) -> Prediction:
+        pose, sensors, (longitudinal, lateral, turn) = case
+        pose = corrected(world, sensor, pose, sensors)
         end = advance(pose, longitudinal, lateral)
         end = Pose(end.x, end.y, wrap(end.heading + turn), end.head)
-        off = sensor.sense(world, pose) - sensed[:, None]
-        return Recall(jnp.mean(off**2, axis=0), world.free(end), sensor.sense(world, end).T)
+        # The trajectory was possible; where no pose allows it, all are equally wrong.
+        possible = world.free(end)
+        possible |= ~possible.any()
+        off = jnp.mean((sensor.sense(world, pose) - sensors[:, None]) ** 2, axis=0)
+        weights = jax.nn.softmax(-off / (2 * BANDWIDTH**2), where=possible)
+        later = sensor.sense(world, end)
+        mean = later @ weights
+        return Prediction(mean, (later - mean[:, None]) ** 2 @ weights)
 
-    return jax.lax.map(one, (poses, sensors, displacements), batch_size=CHUNK_SIZE)
+    return jax.lax.map(one, cases, batch_size=CHUNK_SIZE)
 
 
-def _corrected(
-    world: AbstractWorld, sensor: AbstractSensor[Any], pose: Pose, sensed: Float[Array, " K"]
+def corrected(
+    world: AbstractWorld, sensor: AbstractSensor[Any], pose: Pose, sensors: Float[Array, " K"]
 ) -> Pose:
-    """Poses led to where they sense `sensed`, as near as they come.
+    """k poses led to where they sense `sensors`, as nearly as they get there.
 
-    Gauss-Newton steps, damped until they help (Marquardt, 1963), that minimise the sum of
-    log(1 + (off / OUTLIER)^2).
+    Gauss-Newton steps on the sum of log(1 + (off / OUTLIER)^2), damped until they help.
     """
-    head = pose.head
+
+    def at(place: Float[Array, "3 k"]) -> Pose:
+        return Pose(place[0], place[1], place[2], pose.head)
 
     def off(place: Float[Array, "3 k"]) -> Float[Array, "K k"]:
-        return sensor.sense(world, Pose(*place, head)) - sensed[:, None]
+        return (sensor.sense(world, at(place)) - sensors[:, None]) / OUTLIER
 
-    def cost(off: Float[Array, "K k"]) -> Float[Array, " k"]:
-        return jnp.log1p((off / OUTLIER) ** 2).sum(axis=0)
-
-    def correct(now: tuple[Array, Array, Array], _: None) -> tuple[tuple[Array, ...], None]:
-        place, missed, damping = now
-        aside = place + DIFFERENCE * jnp.eye(3)[:, :, None]
-        slopes = (jnp.stack([off(moved) for moved in aside]) - missed) / DIFFERENCE
-        weighted = slopes / (1 + (missed / OUTLIER) ** 2)
+    def correct(_: int, now: tuple[Array, Array]) -> tuple[Array, Array]:
+        place, damping = now
+        here = off(place)
+        aside = [off(place + DIFFERENCE * axis[:, None]) for axis in jnp.eye(3)]
+        slopes = (jnp.stack(aside) - here) / DIFFERENCE
+        weighted = slopes / (1 + here**2)
         normal = jnp.einsum("isk,jsk->kij", weighted, slopes)
-        trace = jnp.trace(normal, axis1=1, axis2=2) + DIFFERENCE**2
-        normal += (damping * trace)[:, None, None] * jnp.eye(3)
-        towards = jnp.einsum("isk,sk->ki", weighted, missed)[..., None]
-        there = place - jnp.linalg.solve(normal, towards)[..., 0].T
-        missed_there = off(there)
-        better = world.free(Pose(*there, head)) & (cost(missed_there) < cost(missed))
-        place, missed = jnp.where(better, there, place), jnp.where(better, missed_there, missed)
+        # Above zero also where nothing that is sensed depends on the pose.
+        size = jnp.trace(normal, axis1=1, axis2=2) + DIFFERENCE
+        normal += (damping * size)[:, None, None] * jnp.eye(3)
+        downhill = jnp.einsum("isk,sk->ki", weighted, here)[..., None]
+        there = place - jnp.linalg.solve(normal, downhill)[..., 0].T
+        less = jnp.log1p(off(there) ** 2).sum(axis=0) < jnp.log1p(here**2).sum(axis=0)
+        better = less & world.free(at(there))
         damping = jnp.where(better, damping / 10, damping * 10).clip(1e-5, 1e3)
-        return (place, missed, damping), None
+        return jnp.where(better, there, place), damping
 
-    place = jnp.stack([pose.x, pose.y, pose.heading])
-    start = place, off(place), jnp.full(pose.x.shape, 1e-3)
-    (place, _, _), _ = jax.lax.scan(correct, start, length=CORRECTIONS)
-    return Pose(*place, head)
+    start = jnp.stack([pose.x, pose.y, pose.heading]), jnp.full(pose.x.shape, 1e-3)
+    return at(jax.lax.fori_loop(0, CORRECTIONS, correct, start)[0])
 
 
-def predicted(
-    recalled: Recall, k: int, bandwidth: float
-) -> tuple[Float[Array, "N K"], Float[Array, "N K"]]:
-    """Mean and variance of what the first k poses foretell, weighted by how well they match.
+def prediction_floor(config: RunConfig, memory: Memory, *, num_test: int, key: Key) -> Floor:
+    """The floor on `NUM_SETS` sets of `num_test` fresh trajectories of the run's own kind.
 
-    Poses whose displacement ends in a wall are left out, unless all of them do.
+    The number of neighbours is that which does best on one set more.
     """
-    mismatch, possible, later = jax.tree.map(lambda leaf: leaf[:, :k], recalled)
-    possible |= ~possible.any(axis=1, keepdims=True)
-    weights = jax.nn.softmax(-mismatch / (2 * bandwidth**2), axis=1, where=possible)[..., None]
-    mean = (weights * later).sum(axis=1)
-    return mean, (weights * (later - mean[:, None]) ** 2).sum(axis=1)
-
-
-def prediction_floor(
-    config: RunConfig, memory: Memory, *, num_test: int, num_sets: int = NUM_SETS, key: Key
-) -> Floor:
-    """The floor of a run, on `num_sets` sets of `num_test` fresh trajectories.
-
-    How many poses are asked, and how exactly they have to match, is what does best on one set more.
-    """
-    drawn = draw_test(config, (1 + num_sets) * num_test, key=key)
+    drawn = draw_test(config, (1 + NUM_SETS) * num_test, key=key)
     held_out, tested = drawn[:num_test], drawn[num_test:]
-    recalled = recall(memory, held_out, NEIGHBOURS[-1])
-    settings = itertools.product(NEIGHBOURS, BANDWIDTHS)
-    best = min(settings, key=lambda s: float(_errors(predicted(recalled, *s)[0], held_out).mean()))
-    mean, variance = predicted(recall(memory, tested, best[0]), *best)
-    errors = _errors(mean, tested)
-    of_sets = tuple(float(e) for e in errors.reshape(num_sets, -1).mean(axis=1))
-    return Floor(of_sets, float(errors.std() / len(errors) ** 0.5), float(variance.mean()), *best)
+    tried = {k: float(_errors(foretell(memory, held_out, k), held_out).mean()) for k in NEIGHBOURS}
+    neighbours = min(tried, key=lambda k: tried[k])
+    prediction = foretell(memory, tested, neighbours)
+    errors = _errors(prediction, tested)
+    of_sets = tuple(float(error) for error in errors.reshape(NUM_SETS, -1).mean(axis=1))
+    standard_error = float(errors.std() / len(errors) ** 0.5)
+    return Floor(of_sets, standard_error, float(prediction.variance.mean()), neighbours)
 
 
-def _errors(predicted: Float[Array, "N K"], true: Trajectories) -> Float[Array, " N"]:
-    return jnp.mean((predicted - true.experience.later_sensors) ** 2, axis=1)
+def _errors(prediction: Prediction, true: Trajectories) -> Float[Array, " N"]:
+    return jnp.mean((prediction.mean - true.experience.later_sensors) ** 2, axis=1)
 
 
 def floor_rows(
@@ -193,27 +171,19 @@ def floor_rows(
     num_poses: Sequence[int] = NUM_POSES,
     num_test: int = NUM_TEST,
     report: Callable[[str], None] = lambda line: None,
-) -> list[dict[str, Any]]:
-    """One row per cell of the paper's table; `num_poses` from few to many, the last one counts."""
+) -> list[Row]:
+    """One row per cell of the paper's table; of `num_poses`, the last one is the row's own."""
     memory_key, test_key = jax.random.split(jax.random.key(FLOOR_SEED))
-    configs = [paper.cell(*cell, "paper", 0) for cell in cells]
+    configs = [paper.cell(agent, rotation, "paper", 0) for agent, rotation in cells]
     world, _, sensor = configs[0].simulation.build()
     memories = [remember(world, sensor, num, key=memory_key) for num in num_poses]
     rows = []
     for (agent, rotation), config in zip(cells, configs, strict=True):
         floors = [prediction_floor(config, m, num_test=num_test, key=test_key) for m in memories]
         means = [float(np.mean(floor.errors)) for floor in floors]
-        row = {
-            "agent": agent,
-            "rotation": rotation,
-            "floor": spread(floors[-1].errors),
-            "standard_error": floors[-1].standard_error,
-            "disagreement": floors[-1].disagreement,
-            "by_poses": dict(zip(map(str, num_poses), means, strict=True)),
-            "neighbours": floors[-1].neighbours,
-            "bandwidth": floors[-1].bandwidth,
-            "num_test": NUM_SETS * num_test,
-        }
-        rows.append(row)
+        row: Row = {"agent": agent, "rotation": rotation, "floor": spread(floors[-1].errors)}
+        row["by_poses"] = dict(zip(map(str, num_poses), means, strict=True))
+        row |= {k: v for k, v in floors[-1]._asdict().items() if k != "errors"}
+        rows.append(row | {"num_test": NUM_SETS * num_test})
         report(f"{agent}, r = {rotation} pi: {row['by_poses']}")
     return rows

@@ -1,13 +1,13 @@
 """How an encoder organises motor sequences: what every row of the topology table is measured at."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from motorspace._types import Key, Pose
 from motorspace.analysis import composition
@@ -15,19 +15,20 @@ from motorspace.analysis.circle import circular_error
 from motorspace.analysis.collapse import collapse_ratio, equal_rows, equivalence_auc
 from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.analysis.probes import linear_decoder
-from motorspace.analysis.topology import topology
+from motorspace.analysis.topology import Topology, topology
 from motorspace.trajectories.equivalent import EquivalentSequences, equivalent_sequences
 from motorspace.worlds import AbstractAgent, LatticeAgent
 from motorspace.worlds.simulation import nominal_displacement
 
 Motors = Float[np.ndarray, "N T M"]
-Codes = Float[np.ndarray, "N C"]
+Codes = Float[np.ndarray, "N _"]
 Encode = Callable[[Motors], Codes]
 """From N motor sequences of any one length to their codes."""
 
 MEASURE_SEED = 3_000_017
 NUM_SEQUENCES = 10_000
 NUM_GROUPS = 100
+NUM_MEMBERS = 8
 LENGTHS = (1, 2, 3, 6, 12, 24)
 NUM_COMPOSED = 4_000
 
@@ -51,16 +52,37 @@ def organisation(
     No world comes in: codes are compared with the displacements that the commands would cause
     with no walls, as nothing is known of any.
     """
-    keys = jax.random.split(jax.random.key(MEASURE_SEED + seed), 4)
-    motors = random_commands(agent, (NUM_SEQUENCES, horizon), key=keys[0])
-    codes, displacements = encode(motors), nominal(agent, motors)
-    found = topology(codes, displacements, motors, subsets=1, seed=seed)
+    keys = jax.random.split(jax.random.key(MEASURE_SEED + seed), 3)
     return {
-        "topology": {name: [value, error] for name, value, error, _ in found.rows()},
-        "collapse": collapse(encode, agent, horizon=horizon, key=keys[1]),
-        "composition": compositions(encode, agent, length=horizon // 2, key=keys[2]),
-        "lengths": lengths(encode, agent, horizon=horizon, key=keys[3]),
+        "topology": {
+            name: [value, error]
+            for name, value, error, _ in sampled(
+                encode, agent, horizon=horizon, seed=seed, subsets=1
+            ).topology.rows()
+        },
+        "collapse": collapse(encode, agent, horizon=horizon, key=keys[0]),
+        "composition": compositions(encode, agent, length=horizon // 2, key=keys[1]),
+        "lengths": lengths(encode, agent, horizon=horizon, key=keys[2]),
     }
+
+
+class Sampled(NamedTuple):
+    """Codes of random sequences, and how they are organised."""
+
+    codes: Codes
+    displacements: Float[np.ndarray, "N 3"]
+    topology: Topology
+
+
+def sampled(
+    encode: Encode, agent: AbstractAgent, *, horizon: int, seed: int, subsets: int = 5
+) -> Sampled:
+    """The report on the codes of fresh random sequences."""
+    key = jax.random.key(MEASURE_SEED - 1 - seed)
+    motors = random_commands(agent, (NUM_SEQUENCES, horizon), key=key)
+    codes, displacements = encode(motors), nominal(agent, motors)
+    found = topology(codes, displacements, motors, subsets=subsets, seed=seed)
+    return Sampled(codes, displacements, found)
 
 
 def collapse(encode: Encode, agent: AbstractAgent, *, horizon: int, key: Key) -> dict[str, Any]:
@@ -74,7 +96,9 @@ def collapse(encode: Encode, agent: AbstractAgent, *, horizon: int, key: Key) ->
         none = np.zeros(len(motors), int)
         made = EquivalentSequences(motors, equal_rows(nominal(agent, motors)), none, none, ())
     else:
-        made = equivalent_sequences(agent, num_groups=NUM_GROUPS, horizon=horizon, key=key)
+        made = equivalent_sequences(
+            agent, num_groups=NUM_GROUPS, members=NUM_MEMBERS, horizon=horizon, key=key
+        )
     motors, groups, kinds, turns, names = made
     codes, flat = encode(motors), motors.reshape(len(motors), -1)
     measured: dict[str, Any] = {
@@ -87,15 +111,18 @@ def collapse(encode: Encode, agent: AbstractAgent, *, horizon: int, key: Key) ->
     }
     if "full turns" in names:
         chosen = kinds == names.index("full turns")
-        measured["by full turns"] = _by_turns(codes, groups[chosen], codes[chosen], turns[chosen])
+        measured["by full turns"] = _by_turns(
+            codes[chosen],
+            turns[chosen],
+            members=NUM_MEMBERS,
+            total=2 * float(codes.var(axis=0).sum()),
+        )
     return measured
 
 
 def _by_turns(
-    every: Codes, groups: np.ndarray, codes: Codes, turns: np.ndarray
+    codes: Codes, turns: Int[np.ndarray, " N"], *, members: int, total: float
 ) -> dict[str, float]:
-    total = 2 * float(every.var(axis=0).sum())
-    members = int((groups == groups[0]).sum())
     h, n = codes.reshape(-1, members, codes.shape[1]), turns.reshape(-1, members)
     squares = ((h[:, :, None] - h[:, None]) ** 2).sum(axis=-1)
     apart = np.abs(n[:, :, None] - n[:, None])

@@ -155,6 +155,20 @@ def changed(config: RunConfig, change: dict[str, dict[str, Any]]) -> RunConfig:
     return replace(config, **parts)
 
 
+def changed_where_default(config: RunConfig, change: dict[str, dict[str, Any]]) -> RunConfig:
+    """The same, but for fields that already differ from the agent's preset."""
+    preset = PRESETS[config.simulation.agent]
+    open_fields = {
+        part: {
+            name: value
+            for name, value in fields.items()
+            if getattr(getattr(config, part), name) == getattr(getattr(preset, part), name)
+        }
+        for part, fields in change.items()
+    }
+    return changed(config, open_fields)
+
+
 def cell(agent: str, rotation: float, budget: Budget, seed: int) -> RunConfig:
     """One cell of the paper's table I: an agent and its largest rotation, in units of pi."""
     base = _budgeted(PRESETS[agent], budget, seed)

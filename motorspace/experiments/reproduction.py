@@ -47,6 +47,7 @@ def reproduce(
     if what in ("topology", "all"):
         wanted += topology.topology_jobs(budget, seeds=seeds)
         wanted += topology.ablation_jobs(budget, seeds=seeds)
+        wanted += topology.closing_jobs(budget, seeds=seeds)
     with locked(folder):
         run_all(wanted, folder, budget=budget, processes=processes, report=report)
         for name, shown in summary.gathered(list(paper.finished(folder)), budget).items():

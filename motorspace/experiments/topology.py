@@ -1,8 +1,12 @@
 """Presets, and what organises codes better: runs as data, and their rows beside references."""
 
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
+import jax
+
+from motorspace.analysis import circle
 from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.analysis.projections import pca
 from motorspace.experiments import paper
@@ -11,10 +15,15 @@ from motorspace.experiments.organisation import (
     Codes,
     Encode,
     Motors,
+    Sampled,
+    collapse,
     encoder_of,
     nominal,
     organisation,
+    sampled,
 )
+from motorspace.reports import figures
+from motorspace.reports.page import Section, report_page
 from motorspace.training import Run
 
 Changes = dict[str, dict[str, Any]]
@@ -80,6 +89,48 @@ def ablation_jobs(budget: paper.Budget, *, seeds: int) -> list[paper.Job]:
     ]
 
 
+CLOSING: dict[str, tuple[int, float]] = {
+    "T = 1, r = 1.0 pi": (1, 1.0),
+    "T = 1, r = 1.2 pi": (1, 1.2),
+    "T = 2, r = 0.5 pi": (2, 0.5),
+    "T = 2, r = 1.0 pi": (2, 1.0),
+}
+"""Forward agents that can all turn by any angle, with and without going round more than once.
+
+In the first and the third a net turn beyond half a circle does not happen, so no two rotations
+are equivalent. If equivalent rotations are what bends the space, it stays flat and open there.
+"""
+
+
+def closing_jobs(budget: paper.Budget, *, seeds: int) -> list[paper.Job]:
+    """The runs that decide whether equivalent rotations close the space of codes."""
+    jobs = []
+    for seed in range(seeds):
+        for name, (horizon, rotation) in CLOSING.items():
+            config = paper.cell("forward", rotation, budget, seed)
+            config = paper.changed(config, {"simulation": {"horizon": horizon}})
+            jobs.append(paper.Job(f"closing/{name}", config, measure=closed))
+    return jobs
+
+
+def closed(run: Run, num: int) -> dict[str, Any]:
+    """Prediction errors, and whether orientation closes in the codes."""
+    simulation, seed = run.config.simulation, run.config.training.seed
+    _, agent, _ = simulation.build()
+    encode = encoder_of(run.encode)
+    codes, displacements, _ = found = sampled(
+        encode, agent, horizon=simulation.horizon, seed=seed, subsets=1
+    )
+    points, turns = displacement_coordinates(displacements).points, displacements[:, 2]
+    return measure(run, num) | {
+        "winding": circle.winding_number(codes, turns),
+        "seam gap": circle.seam_gap(codes, points, turns),
+        "loop": found.topology.loop_persistence,
+        "probe_r2": found.topology.linear_r2,
+        "nonlinear_r2": found.topology.nonlinear_r2,
+    }
+
+
 def organised(run: Run, num: int) -> dict[str, Any]:
     """Prediction errors over `num` trajectories, and how the codes are organised."""
     return _organisation(run, encoder_of(run.encode)) | measure(run, num)
@@ -114,3 +165,49 @@ def _organisation(run: Run, encode: Encode) -> dict[str, Any]:
     found = organisation(encode, agent, horizon=simulation.horizon, seed=training.seed)
     empty = {"recipe": "", "errors": {}, "probe_r2": {}}
     return empty | {"seed": training.seed, "epochs": training.epochs, "organisation": found}
+
+
+def topology_of(run: Run, *, seed: int) -> Sampled:
+    """The report on a run's codes of fresh random sequences, equivalent ones included."""
+    simulation = run.config.simulation
+    _, agent, _ = simulation.build()
+    encode = encoder_of(run.encode)
+    found = sampled(encode, agent, horizon=simulation.horizon, seed=seed)
+    if found.topology.collapse_ratio is not None:
+        return found
+    key = jax.random.key(seed)
+    collapsed = collapse(encode, agent, horizon=simulation.horizon, key=key)
+    told = replace(
+        found.topology, collapse_ratio=collapsed["ratio"], equivalence_auc=collapsed["auc"]
+    )
+    return found._replace(topology=told)
+
+
+def topology_page(found: Sampled) -> str:
+    """The report as one self-contained page."""
+    rows = [
+        {"measure": name, "value": value, "error": error, "perfect": perfect}
+        for name, value, error, perfect in found.topology.rows()
+    ]
+    shown = slice(None, None, -(-len(found.codes) // SHOWN))
+    coordinates, displacements = pca(found.codes).coordinates[shown], found.displacements[shown]
+    picture = figures.png(figures.codes_figure([("", coordinates, displacements)]))
+    return report_page(
+        "How codes are organised by displacement",
+        [
+            Section("Measures", MEASURES_TEXT, rows),
+            Section(
+                "The codes",
+                "Each point is one motor sequence, on the first three principal components.",
+                pictures=[("codes coloured by displacement", picture)],
+            ),
+        ],
+    )
+
+
+SHOWN = 5000
+MEASURES_TEXT = (
+    "Displacement is (longitudinal, lateral, w cos, w sin); the weight w gives orientation the "
+    "variance of translation unless another was asked for. The error is the standard error that "
+    "drawing random subsets of pairs brings."
+)

@@ -1,0 +1,144 @@
+"""From runs whose organisation was measured to the rows of tables, and to targets."""
+
+from collections.abc import Sequence
+from statistics import fmean
+from typing import Any
+
+import numpy as np
+from scipy.stats import bootstrap
+
+from motorspace.analysis.coordinates import COMPONENTS
+from motorspace.experiments import paper, topology
+from motorspace.experiments.summary import Row, claimed
+
+ROWS = ("best", "paper", "supervised", "shuffled", *topology.FIXED)
+"""The rows of each cell: both presets, then the references."""
+
+LEVEL = 0.95
+TOLD_LENGTHS = ("6", "24")
+"""Where the decoder was fitted, and the longest sequences that it is tried on."""
+
+
+def topology_rows(results: Sequence[Row]) -> list[Row]:
+    """One row for each cell and preset or reference of which a run is finished."""
+    rows = []
+    for agent in ("forward", "holonomic"):
+        for rotation in paper.ROTATIONS:
+            for name in ROWS:
+                runs = _named(results, f"topology/{agent}-{rotation} {name}")
+                if runs:
+                    cell = {"agent": agent, "rotation": rotation, "row": name}
+                    rows.append(cell | _measured(runs))
+    return rows
+
+
+def ablation_rows(results: Sequence[Row]) -> list[Row]:
+    """One row for each change to the paper's system."""
+    return [
+        {"change": name} | _measured(runs)
+        for name in topology.ABLATION
+        if (runs := _named(results, f"ablation/{name}"))
+    ]
+
+
+def _named(results: Sequence[Row], name: str) -> list[Row]:
+    return [r for r in results if r["name"] == name]
+
+
+def _measured(runs: Sequence[Row]) -> Row:
+    """The mean of every measure, with the interval of the mean over seeds."""
+    measures = [_numbers(run) for run in runs]
+    names = [name for name in measures[0] if all(name in m for m in measures)]
+    return {"seeds": len(runs), "epochs": runs[0]["epochs"]} | {
+        name: interval([m[name] for m in measures]) for name in names
+    }
+
+
+def _numbers(run: Row) -> dict[str, float]:
+    """The numbers of one run that the tables and targets are about."""
+    found = run["organisation"]
+    measures = {name: value for name, (value, _) in found["topology"].items()}
+    numbers = {
+        "error": run["errors"].get("model"),
+        "linear R2": min(measures[f"linear r2, {c}"] for c in COMPONENTS),
+        "nonlinear R2": min(measures[f"nonlinear r2, {c}"] for c in COMPONENTS),
+        "orientation error": measures["orientation error"],
+        "collapse ratio": found["collapse"]["ratio"],
+        "AUC": found["collapse"]["auc"],
+        "D_topo": measures["normalised topology error"],
+        "rank correlation": measures["rank correlation"],
+        "partial, displacement": measures["partial displacement"],
+        "partial, motors": measures["partial motors"],
+        "trustworthiness": measures["trustworthiness, 20"],
+        "continuity": measures["continuity, 20"],
+        "neighbours / floor": measures["neighbours to floor"],
+        "winding": abs(measures["winding number"]),
+        "loop": measures["loop persistence"],
+        "dimension": measures["intrinsic dimension"],
+        "components": measures["components 95"],
+    }
+    numbers |= {f"composition, {name}": v for name, v in found["composition"].items()}
+    numbers |= {f"collapse, {name}": v for name, v in found["collapse"]["by kind"].items()}
+    turned = found["collapse"].get("by full turns", {})
+    numbers |= {f"{name} full turns": v for name, v in turned.items()}
+    numbers |= {f"T = {length}": v["translation"] for length, v in found["lengths"].items()}
+    if found["lengths"]:
+        fitted, longest = (found["lengths"][length]["translation"] for length in TOLD_LENGTHS)
+        numbers["T = 24 / T = 6"] = longest / fitted
+    return {name: value for name, value in numbers.items() if value is not None}
+
+
+def interval(values: Sequence[float]) -> Row:
+    """Mean over seeds and the bootstrapped 95% interval of the mean (percentiles)."""
+    mean = fmean(values)
+    if len(values) < 2 or np.ptp(values) == 0:
+        return {"mean": mean, "low": mean, "high": mean}
+    found = bootstrap(
+        (values,), np.mean, confidence_level=LEVEL, method="percentile", rng=0
+    ).confidence_interval
+    return {"mean": mean, "low": float(found.low), "high": float(found.high)}
+
+
+TARGETS: tuple[tuple[str, str, dict[str, float]], ...] = (
+    ("probe R2 of the worst of four components", "linear R2", {"least": 0.99}),
+    ("collapse ratio", "collapse ratio", {"most": 0.01}),
+    ("AUC of equivalent pairs", "AUC", {"least": 0.99}),
+    ("partial correlation with motors, magnitude", "|partial, motors|", {"most": 0.05}),
+    ("normalised D_topo", "D_topo", {"most": 0.1}),
+    ("trustworthiness, k = 20", "trustworthiness", {"least": 0.98}),
+    ("continuity, k = 20", "continuity", {"least": 0.98}),
+    ("displacement error at T = 24 over that at T = 6", "T = 24 / T = 6", {"most": 3.0}),
+    ("prediction error over the paper's network's", "error / paper", {"most": 1.0}),
+)
+"""What `best` is to reach in every cell: claim, measure, bound."""
+
+CLOSED_FROM = 0.8
+"""The rotation, in units of pi, from which on orientation is to close into a circle."""
+
+
+def topology_claims(rows: Sequence[Row]) -> list[Row]:
+    """The targets of the preset `best`, cell by cell."""
+    made = []
+    for row in (r for r in rows if r["row"] == "best"):
+        cell = {"agent": row["agent"], "rotation": row["rotation"]}
+        plain = [r for r in rows if r["row"] == "paper" and cell.items() <= r.items()]
+        values: Row = row | {"|partial, motors|": _magnitude(row["partial, motors"])}
+        if plain:
+            level = plain[0]["error"]["mean"]
+            values["error / paper"] = {k: row["error"][k] / level for k in ("mean", "low", "high")}
+        scope = {"epochs": row["epochs"], "seeds": row["seeds"]}
+        title = f"{row['agent']}, r = {row['rotation']} pi, best"
+        targets: list[tuple[str, str, dict[str, Any]]] = [*TARGETS]
+        if row["rotation"] >= CLOSED_FROM:
+            targets.append(("winding number, magnitude", "winding", {"least": 1.0}))
+        for claim, name, bound in targets:
+            if name in values:
+                made.append(claimed(f"{title}: {claim}", values[name], **bound) | scope)
+    return made
+
+
+def _magnitude(spread: Row) -> Row:
+    ends = [abs(spread["low"]), abs(spread["high"])]
+    crosses = spread["low"] < 0 < spread["high"]
+    low = 0.0 if crosses else min(ends)
+    return {"mean": abs(spread["mean"]), "low": low, "high": max(ends)}

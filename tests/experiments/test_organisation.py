@@ -1,0 +1,111 @@
+"""Runs whose organisation is measured: what is measured is what it is called."""
+
+import json
+from dataclasses import replace
+
+import jax
+import numpy as np
+import pytest
+
+from motorspace import ForwardAgent, LatticeAgent
+from motorspace.analysis.coordinates import displacement_coordinates
+from motorspace.experiments import organisation, paper, references, topology, topology_summary
+
+
+@pytest.fixture(autouse=True)
+def _few(monkeypatch):
+    monkeypatch.setattr(organisation, "NUM_SEQUENCES", 600)
+    monkeypatch.setattr(organisation, "NUM_COMPOSED", 300)
+    monkeypatch.setattr(organisation, "NUM_GROUPS", 20)
+
+
+AGENT = ForwardAgent(0.8 * np.pi)
+
+
+def dead_reckoned(motors):
+    return displacement_coordinates(organisation.nominal(AGENT, motors), weight=1.0).points
+
+
+@pytest.fixture
+def found():
+    return organisation.organisation(dead_reckoned, AGENT, horizon=6, seed=0)
+
+
+def test_displacements_themselves_are_organised_perfectly(found):
+    json.dumps(found)
+    assert found["collapse"]["ratio"] < 1e-9
+    assert found["collapse"]["auc"] == pytest.approx(1.0)
+    assert set(found["collapse"]["by kind"]) == {"split", "permuted", "full turns", "undone"}
+    assert found["composition"]["bilinear"] < 1e-6 < found["composition"]["linear"]
+    assert found["lengths"]["24"]["translation"] < 1e-3
+    row = topology_summary._numbers({"organisation": found, "errors": {}})
+    assert row["linear R2"] > 0.9999 and row["winding"] == 1.0
+
+
+def test_motors_themselves_are_not(found):
+    copied = organisation.organisation(
+        lambda motors: motors.reshape(len(motors), -1), AGENT, horizon=6, seed=0
+    )
+    assert copied["collapse"]["ratio"] > 0.1
+    assert copied["collapse"]["auc"] < 0.8
+    assert copied["topology"]["partial motors"][0] > 0.9
+    assert copied["lengths"] == {}
+
+
+def test_lattice_sequences_are_grouped_by_their_displacement():
+    agent = LatticeAgent()
+    collapsed = organisation.collapse(
+        lambda motors: displacement_coordinates(organisation.nominal(agent, motors)).points,
+        agent,
+        horizon=4,
+        key=jax.random.key(0),
+    )
+    assert collapsed["ratio"] < 1e-9 and collapsed["by kind"] == {}
+
+
+def test_shuffled_targets_are_those_of_other_sequences():
+    config = paper.cell("forward", 0.4, "quick", 0)
+    size = replace(config.training, trajectories_per_epoch=50)
+    config = replace(config, training=size)
+    key, epoch = jax.random.key(0), jax.numpy.array(300)
+    as_it_is = references.learned(config)[0](key, epoch)
+    mixed = references.shuffled(config)[0](key, epoch)
+    np.testing.assert_array_equal(as_it_is.motors, mixed.motors)
+    assert (as_it_is.later_sensors != mixed.later_sensors).any()
+    np.testing.assert_allclose(as_it_is.later_sensors.sum(), mixed.later_sensors.sum(), rtol=1e-5)
+    told = references.supervised(config)[0](key, epoch)
+    assert told.later_sensors.shape == (50, 4) and not told.sensors.any()
+
+
+def test_every_job_has_a_folder_of_its_own_and_every_row_a_job():
+    jobs = topology.topology_jobs("fifth", seeds=2) + topology.ablation_jobs("fifth", seeds=2)
+    folders = [job.folder for job in jobs]
+    assert len(set(folders)) == len(folders)
+    named = {job.name for job in jobs}
+    assert all(f"topology/forward-0.8 {row}" in named for row in topology_summary.ROWS)
+    best = next(job for job in jobs if job.name == "topology/holonomic-1.2 best")
+    assert best.config.model.encoder == "group"
+    assert best.config.training.epochs == 1000
+
+
+def test_rows_and_targets(found):
+    errors = {"model": 2.0}
+    runs = [
+        {"name": f"topology/forward-0.8 {row}", "epochs": 10, "organisation": found}
+        | {"errors": errors if row in ("best", "paper") else {}}
+        for row in ("best", "best", "paper", "raw motors")
+    ]
+    rows = topology_summary.topology_rows(runs)
+    assert [(r["row"], r["seeds"]) for r in rows] == [("best", 2), ("paper", 1), ("raw motors", 1)]
+    claims = topology_summary.topology_claims(rows)
+    assert len(claims) == len(topology_summary.TARGETS) + 1
+    assert all(claim["holds"] for claim in claims if "R2" in claim["claim"])
+    worse = json.loads(json.dumps(rows))
+    worse[0]["linear R2"] = {"mean": 0.995, "low": 0.98, "high": 1.0}
+    assert not topology_summary.topology_claims(worse)[0]["holds"]
+
+
+def test_the_interval_of_the_mean():
+    assert topology_summary.interval([3.0]) == {"mean": 3.0, "low": 3.0, "high": 3.0}
+    found = topology_summary.interval([1.0, 2.0, 3.0, 4.0])
+    assert found["mean"] == 2.5 and 1.0 <= found["low"] < 2.5 < found["high"] <= 4.0

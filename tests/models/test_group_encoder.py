@@ -1,0 +1,51 @@
+"""The encoder whose commands are matrices: it composes, whatever its weights."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from motorspace import ModelConfig, UserError
+from motorspace.models.encoder import GroupEncoder
+from motorspace.models.model import Scaling, build_model
+
+
+def encoder(code_size=20):
+    return GroupEncoder(2, 16, code_size, key=jax.random.key(0))
+
+
+def test_rows_beyond_the_sequence_do_not_matter():
+    motors = jax.random.normal(jax.random.key(1), (6, 2))
+    short = encoder()(motors[:4], jnp.array(4))
+    filled = encoder()(motors, jnp.array(4))
+    np.testing.assert_allclose(short, filled, rtol=1e-5)
+    assert short.shape == (20,)
+
+
+def test_what_goes_before_enters_by_its_product_alone():
+    made = encoder()
+    first, second, after = jax.random.normal(jax.random.key(2), (3, 2, 2))
+
+    def matrix(motors):
+        """The product of the commands, without what the last one does to the sensors alone."""
+        code = made(motors, jnp.array(len(motors)))
+        last = made._matrix(made.readout, motors[-1])
+        full = jnp.eye(5).at[:-1].set(code.reshape(4, 5))
+        return full @ jnp.linalg.inv(last)
+
+    both = matrix(jnp.concatenate([first, second, after]))
+    parts = matrix(first) @ matrix(second) @ matrix(after)
+    np.testing.assert_allclose(both, parts, atol=1e-4)
+
+
+def test_codes_of_another_size_are_refused():
+    with pytest.raises(UserError, match=r"a code of 50 units is no matrix.*n \(n - 1\)"):
+        encoder(50)
+
+
+def test_the_whole_model_keeps_its_initial_weights_near_the_identity():
+    config = ModelConfig(encoder="group", code_size=30, hidden_size=64)
+    model = build_model(config, Scaling((10.0,) * 9, (1.0, 1.0)), horizon=6, key=jax.random.key(0))
+    motors = jax.random.uniform(jax.random.key(1), (100, 6, 2), minval=-2.5, maxval=2.5)
+    codes = jax.vmap(model.encode, in_axes=(0, None))(motors, jnp.array(6))
+    assert 0.1 < float(jnp.abs(codes).max()) < 100
