@@ -12,17 +12,20 @@ from typing import Any
 
 import benchmarks.claims
 from motorspace._files import write_atomically
+from motorspace.experiments import topology_summary
 from motorspace.experiments.paper import finished
 from motorspace.experiments.summary import claims, gathered, judged
+from motorspace.experiments.topology import REFERENCE_ROTATION
 from motorspace.reports.page import markdown_table
 
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "results" / "paper"
 RUNS = ROOT / "results" / "runs"
+TOPOLOGY = ROOT / "results" / "topology"
 PERFORMANCE = ROOT / "results" / "performance"
 PAGES = (
     ROOT / "README.md",
-    *(ROOT / "docs" / f"{page}.md" for page in ("reproduction", "performance")),
+    *(ROOT / "docs" / f"{page}.md" for page in ("reproduction", "performance", "topology")),
 )
 Row = dict[str, Any]
 
@@ -125,6 +128,98 @@ def robot_probes(rows: list[Row]) -> list[Row]:
     return [{"recording": r["recording"], **r["probe_r2 of model"]} for r in rows]
 
 
+def organisation(rows: list[Row]) -> list[Row]:
+    """Both presets in every cell: the measures that have a target."""
+    return [_organised(row) for row in rows if row["row"] in ("best", "paper")]
+
+
+def organisation_references(rows: list[Row]) -> list[Row]:
+    """All rows of two cells, of which every reference is measured."""
+    return [_organised(row) for row in rows if row["rotation"] == REFERENCE_ROTATION]
+
+
+def _organised(row: Row) -> Row:
+    columns = (
+        "linear R2",
+        "collapse ratio",
+        "AUC",
+        "partial, motors",
+        "D_topo",
+        "trustworthiness",
+        "continuity",
+        "winding",
+        "T = 24 / T = 6",
+        "error",
+    )
+    cell = {"agent": row["agent"], "r": f"{row['rotation']} pi", "codes": row["row"]}
+    return cell | {"seeds": row["seeds"]} | {c: row.get(c) for c in columns}
+
+
+def shape(rows: list[Row]) -> list[Row]:
+    """How many dimensions the codes fill, how curved they are, how they compose."""
+    columns = (
+        "dimension",
+        "components",
+        "nonlinear R2",
+        "loop",
+        "neighbours / floor",
+        "composition, linear",
+        "composition, bilinear",
+        "composition, network",
+        "congruence left",
+        "congruence right",
+    )
+    return [
+        {"agent": row["agent"], "r": f"{row['rotation']} pi", "codes": row["row"]}
+        | {c: row.get(c, row.get(f"composition, {c}")) for c in columns}
+        for row in rows
+        if row["row"] in ("best", "paper")
+    ]
+
+
+def turns(rows: list[Row]) -> list[Row]:
+    """The collapse ratio by what the members of a group differ in."""
+    kinds = [f"collapse, {kind}" for kind in ("split", "permuted", "undone", "head")]
+    counts = [f"{count} full turns" for count in range(4)]
+    return [
+        {"agent": row["agent"], "r": f"{row['rotation']} pi", "codes": row["row"]}
+        | {name.removeprefix("collapse, "): row.get(name) for name in (*kinds, *counts)}
+        for row in rows
+        if row["row"] in ("best", "paper")
+    ]
+
+
+def lengths(rows: list[Row]) -> list[Row]:
+    """Root mean square error of the translation decoded at every length, world units."""
+    return [
+        {"agent": row["agent"], "r": f"{row['rotation']} pi", "codes": row["row"]}
+        | {name: row.get(name) for name in (f"T = {n}" for n in (1, 2, 3, 6, 12, 24))}
+        for row in rows
+        if row["row"] in ("best", "paper")
+    ]
+
+
+def ablation(rows: list[Row]) -> list[Row]:
+    """What changes with one change to the paper's system."""
+    columns = (
+        "seeds",
+        "error",
+        "linear R2",
+        "collapse ratio",
+        "AUC",
+        "partial, motors",
+        "D_topo",
+        "trustworthiness",
+        "T = 24 / T = 6",
+    )
+    return [{"changed": row["change"]} | {c: row.get(c) for c in columns} for row in rows]
+
+
+def closing(rows: list[Row]) -> list[Row]:
+    """Whether orientation closes with and without equivalent rotations."""
+    return rows
+
+
 def rates(rows: list[Row]) -> list[Row]:
     """Ours beside every peer, the median and the range over launches."""
 
@@ -158,6 +253,16 @@ def targets(rows: list[Row]) -> list[Row]:
     ]
 
 
+TOPOLOGY_TABLES: dict[str, tuple[str, Callable[[list[Row]], list[Row]]]] = {
+    "topology": ("topology", organisation),
+    "topology_references": ("topology", organisation_references),
+    "topology_shape": ("topology", shape),
+    "topology_turns": ("topology", turns),
+    "topology_lengths": ("topology", lengths),
+    "ablation": ("ablation", ablation),
+    "closing": ("closing", closing),
+}
+
 TABLES: dict[str, tuple[str, Callable[[list[Row]], list[Row]]]] = {
     "errors": ("table", errors),
     "short_errors": ("table", short_errors),
@@ -183,6 +288,17 @@ def filled() -> dict[Path, str]:
     }
     tables["targets"] = markdown_table(targets(summary))
     made = {RESULTS / "summary.json": summary}
+    organised = topology_summary.gathered(list(finished(RUNS / "fifth")), "fifth")
+    if "topology" in organised:
+        reasons = json.loads((TOPOLOGY / "reasons.json").read_text())
+        found = topology_summary.topology_claims(organised["topology"]["rows"])
+        made[TOPOLOGY / "summary.json"] = judged(found, organised["topology"], reasons)
+        tables["topology_targets"] = markdown_table(targets(made[TOPOLOGY / "summary.json"]))
+        tables |= {
+            name: markdown_table(make(organised[source]["rows"]))
+            for name, (source, make) in TOPOLOGY_TABLES.items()
+            if source in organised
+        }
     if (measured := PERFORMANCE / "benchmarks.json").exists():
         file = json.loads(measured.read_text())
         reasons = json.loads((PERFORMANCE / "reasons.json").read_text())
@@ -202,7 +318,11 @@ def filled() -> dict[Path, str]:
 
 
 if __name__ == "__main__":
-    stale = {path: text for path, text in filled().items() if path.read_text() != text}
+    stale = {
+        path: text
+        for path, text in filled().items()
+        if not path.exists() or path.read_text() != text
+    }
     if "--check" in sys.argv and stale:
         sys.exit("not made from the results: " + ", ".join(path.name for path in stale))
     for path, text in stale.items():

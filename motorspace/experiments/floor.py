@@ -7,7 +7,6 @@ every such predictor knows: its error estimates the floor from above, the closer
 
 import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -17,7 +16,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from scipy.spatial import cKDTree
 
-from motorspace._types import Displacement, Key, Pose, Sensors
+from motorspace._types import Count, Displacement, Key, Pose, Sensors
 from motorspace.experiments import paper
 from motorspace.experiments.measurement import draw_test
 from motorspace.experiments.summary import Row, spread
@@ -30,10 +29,9 @@ CELLS = tuple(itertools.product(paper.PAPER_ERRORS, paper.ROTATIONS))
 FLOOR_SEED = 2_000_003
 NUM_POSES = (10_000, 100_000, 1_000_000)
 NUM_SETS, NUM_TEST = 5, 800
-NEIGHBOURS = (25, 50, 100, 200)
+NEIGHBOURS = (50, 100, 200)
 CHUNK_SIZE = 64
-
-CORRECTIONS = 8
+CORRECTIONS = 6
 BANDWIDTH = 3e-3
 """Root mean square by which the sensors of a pose that matches may be off; raw units."""
 DIFFERENCE = 1e-3
@@ -42,8 +40,7 @@ OUTLIER = 0.1
 """What is off by more counts less: a ray beside a corner is off by a jump, not by a slope."""
 
 
-@dataclass(frozen=True)
-class Memory:
+class Memory(NamedTuple):
     """Poses drawn as trajectories begin; `tree` holds them by what they sense."""
 
     world: AbstractWorld
@@ -53,21 +50,22 @@ class Memory:
 
 
 class Prediction(NamedTuple):
-    """Mean and variance of what the poses foretell that match."""
+    """Mean and variance of what the matching poses sense later."""
 
     mean: Float[Array, "*N K"]
     variance: Float[Array, "*N K"]
 
 
 class Floor(NamedTuple):
-    """An upper estimate of the floor, raw units squared."""
+    """An upper estimate, raw units squared: of each test set, and the standard error over all.
+
+    `disagreement` is the mean variance of the predictions: the floor itself if the matching poses
+    were exactly the possible ones.
+    """
 
     errors: tuple[float, ...]
-    """Mean squared error on each test set."""
     standard_error: float
-    """Of their mean, over all test trajectories."""
     disagreement: float
-    """The mean variance of the predictions: the floor, were the matching poses the possible ones."""
     neighbours: int
 
 
@@ -79,16 +77,17 @@ def remember(world: AbstractWorld, sensor: AbstractSensor[Any], num: int, *, key
 
 
 def foretell(memory: Memory, trajectories: Trajectories, k: int) -> Prediction:
-    """What is predicted from s_t and the displacement by the k poses that sense most like s_t."""
+    """What the k poses that sense most like s_t predict from it and the true displacement."""
     sensors = trajectories.experience.sensors
-    _, nearest = memory.tree.query(np.asarray(sensors, np.float64), k=range(1, k + 1))
+    ranks = range(1, min(k, memory.tree.n) + 1)
+    _, nearest = memory.tree.query(np.asarray(sensors, np.float64), k=ranks)
     poses = jax.tree.map(lambda field: field[nearest], memory.poses)
     cases = poses, sensors, trajectories.displacements.achieved
-    return _foretold(memory.world, memory.sensor, cases)
+    return _foretell_each(memory.world, memory.sensor, cases)
 
 
 @eqx.filter_jit
-def _foretold(
+def _foretell_each(
     world: AbstractWorld,
     sensor: AbstractSensor[Any],
     cases: tuple[Pose, Float[Array, "N K"], Float[Array, "N 3"]],
@@ -98,7 +97,7 @@ def _foretold(
         pose = corrected(world, sensor, pose, sensors)
         end = advance(pose, longitudinal, lateral)
         end = Pose(end.x, end.y, wrap(end.heading + turn), end.head)
-        # The trajectory was possible; where no pose allows it, all are equally wrong.
+        # The trajectory was possible; if none of the poses allows it, all are kept.
         possible = world.free(end)
         possible |= ~possible.any()
         off = jnp.mean((sensor.sense(world, pose) - sensors[:, None]) ** 2, axis=0)
@@ -124,7 +123,7 @@ def corrected(
     def off(place: Float[Array, "3 k"]) -> Float[Array, "K k"]:
         return (sensor.sense(world, at(place)) - sensors[:, None]) / OUTLIER
 
-    def correct(_: int, now: tuple[Array, Array]) -> tuple[Array, Array]:
+    def correct(_: Count, now: tuple[Array, Array]) -> tuple[Array, Array]:
         place, damping = now
         here = off(place)
         aside = [off(place + DIFFERENCE * axis[:, None]) for axis in jnp.eye(3)]
@@ -148,12 +147,12 @@ def corrected(
 def prediction_floor(config: RunConfig, memory: Memory, *, num_test: int, key: Key) -> Floor:
     """The floor on `NUM_SETS` sets of `num_test` fresh trajectories of the run's own kind.
 
-    The number of neighbours is that which does best on one set more.
+    As many neighbours are asked as do best on one set more.
     """
     drawn = draw_test(config, (1 + NUM_SETS) * num_test, key=key)
     held_out, tested = drawn[:num_test], drawn[num_test:]
-    tried = {k: float(_errors(foretell(memory, held_out, k), held_out).mean()) for k in NEIGHBOURS}
-    neighbours = min(tried, key=lambda k: tried[k])
+    tried = [float(_errors(foretell(memory, held_out, k), held_out).mean()) for k in NEIGHBOURS]
+    neighbours = NEIGHBOURS[int(np.argmin(tried))]
     prediction = foretell(memory, tested, neighbours)
     errors = _errors(prediction, tested)
     of_sets = tuple(float(error) for error in errors.reshape(NUM_SETS, -1).mean(axis=1))
@@ -172,7 +171,7 @@ def floor_rows(
     num_test: int = NUM_TEST,
     report: Callable[[str], None] = lambda line: None,
 ) -> list[Row]:
-    """One row per cell of the paper's table; of `num_poses`, the last one is the row's own."""
+    """One row per cell of the paper's table; of `num_poses` the last one is the row's own."""
     memory_key, test_key = jax.random.split(jax.random.key(FLOOR_SEED))
     configs = [paper.cell(agent, rotation, "paper", 0) for agent, rotation in cells]
     world, _, sensor = configs[0].simulation.build()

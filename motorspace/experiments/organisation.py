@@ -20,7 +20,7 @@ from motorspace.trajectories.equivalent import EquivalentSequences, equivalent_s
 from motorspace.worlds import AbstractAgent, LatticeAgent
 from motorspace.worlds.simulation import nominal_displacement
 
-Motors = Float[np.ndarray, "N T M"]
+Motors = Float[np.ndarray, "N _ M"]
 Codes = Float[np.ndarray, "N _"]
 Encode = Callable[[Motors], Codes]
 """From N motor sequences of any one length to their codes."""

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from motorspace._errors import UserError
 from motorspace._files import locked, write_json
-from motorspace.experiments import figures, paper, robots, summary, topology
+from motorspace.experiments import figures, paper, robots, summary, topology, topology_summary
 from motorspace.training import RunConfig, fresh_experience, simulation_scaling, train
 
 Report = Callable[[str], None]
@@ -50,7 +50,9 @@ def reproduce(
         wanted += topology.closing_jobs(budget, seeds=seeds)
     with locked(folder):
         run_all(wanted, folder, budget=budget, processes=processes, report=report)
-        for name, shown in summary.gathered(list(paper.finished(folder)), budget).items():
+        found = list(paper.finished(folder))
+        gathered = summary.gathered(found, budget) | topology_summary.gathered(found, budget)
+        for name, shown in gathered.items():
             write_json(folder / f"{name}.json", shown)
     if what in ("figures", "all"):
         figures.write_all(folder)

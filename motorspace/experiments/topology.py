@@ -28,16 +28,25 @@ from motorspace.training import Run
 
 Changes = dict[str, dict[str, Any]]
 
-BEST: Changes = {"model": {"encoder": "group", "hidden_size": 64, "code_size": 30}}
+BEST: Changes = {
+    "model": {"encoder": "group", "hidden_size": 64, "code_size": 6},
+    "training": {"learning_rate": 3e-3},
+}
 """What the preset `best` changes in the paper's system."""
+
+SMALLER_STEP: Changes = {"training": {"learning_rate": 3e-3}}
 
 ABLATION: dict[str, Changes] = {
     "paper": {},
+    "smaller step": SMALLER_STEP,
     "mixed horizons": {"simulation": {"min_horizon": 1}},
     "smaller code": {"model": {"code_size": 10}},
     "inverse model": {"model": {"inverse_weight": 0.04}},
     "slowness": {"model": {"slowness_weight": 0.04}},
     "gru": {"model": {"encoder": "gru"}},
+    "linear recurrence": {"model": {"encoder": "linear"}},
+    "attention": {"model": {"encoder": "attention"}},
+    "group of 6 x 6": {"model": {**BEST["model"], "code_size": 30}, **SMALLER_STEP},
     "group": BEST,
 }
 """What may organise codes better, one change at a time."""
@@ -46,6 +55,9 @@ ABLATION_CELL = ("holonomic", 0.8)
 
 FIXED = ("untrained", "raw motors", "motor components", "dead reckoned")
 """The reference rows that nothing is trained for."""
+
+REFERENCE_ROTATION = 0.8
+"""The largest rotation, in units of pi, for which the references are measured."""
 
 SHUFFLED_AND_SUPERVISED: tuple[paper.Part, ...] = ("shuffled", "supervised")
 
@@ -66,13 +78,14 @@ def _of_seed(budget: paper.Budget, seed: int) -> list[paper.Job]:
         for cell, config in cells.items():
             changed = paper.changed(config, changes)
             jobs.append(paper.Job(f"topology/{cell} {name}", changed, measure=organised))
-    for cell, config in cells.items():
+    # What the references show does not hang on r: one rotation does.
+    for cell in (f"{agent}-{REFERENCE_ROTATION}" for agent in ("forward", "holonomic")):
         for row in FIXED:
             told = partial(organised_fixed, row=row)
-            jobs.append(paper.Job(f"topology/{cell} {row}", config, "initial", told))
-    for cell, config in cells.items():
+            jobs.append(paper.Job(f"topology/{cell} {row}", cells[cell], "initial", told))
         for part in SHUFFLED_AND_SUPERVISED:
-            jobs.append(paper.Job(f"topology/{cell} {part}", config, part, organised_encoder))
+            told = organised_encoder
+            jobs.append(paper.Job(f"topology/{cell} {part}", cells[cell], part, told))
     return jobs
 
 

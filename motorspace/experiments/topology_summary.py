@@ -14,9 +14,25 @@ from motorspace.experiments.summary import Row, claimed
 ROWS = ("best", "paper", "supervised", "shuffled", *topology.FIXED)
 """The rows of each cell: both presets, then the references."""
 
+SEEDS = 5
+"""As many as an interval is to be made of."""
+
 LEVEL = 0.95
 TOLD_LENGTHS = ("6", "24")
 """Where the decoder was fitted, and the longest sequences that it is tried on."""
+
+
+def gathered(results: Sequence[Row], budget: paper.Budget) -> dict[str, Row]:
+    """What the runs have shown so far, as `summary.gathered` does it for the paper's own."""
+    makers = {"topology": topology_rows, "ablation": ablation_rows, "closing": closing_rows}
+    shown = {}
+    for name, rows in makers.items():
+        runs = [r for r in results if r["name"].startswith(f"{name}/")]
+        if runs:
+            command = f"motorspace reproduce topology --budget {budget} --seeds {SEEDS}"
+            newest = max(r["date"] for r in runs)
+            shown[name] = {"command": command, "date": newest, "rows": rows(runs)}
+    return shown
 
 
 def topology_rows(results: Sequence[Row]) -> list[Row]:
@@ -39,6 +55,28 @@ def ablation_rows(results: Sequence[Row]) -> list[Row]:
         for name in topology.ABLATION
         if (runs := _named(results, f"ablation/{name}"))
     ]
+
+
+def closing_rows(results: Sequence[Row]) -> list[Row]:
+    """One row for each way in which orientations can be reached."""
+    rows = []
+    for name in topology.CLOSING:
+        runs = _named(results, f"closing/{name}")
+        if runs:
+            numbers = [
+                {
+                    "error": run["errors"]["model"],
+                    "winding": abs(run["winding"]),
+                    "seam gap": run["seam gap"],
+                    "loop": run["loop"],
+                    "linear R2 cos": run["probe_r2"]["cos"],
+                    "nonlinear R2 cos": run["nonlinear_r2"]["cos"],
+                }
+                for run in runs
+            ]
+            shown = {key: interval([n[key] for n in numbers]) for key in numbers[0]}
+            rows.append({"turns": name, "seeds": len(runs), "epochs": runs[0]["epochs"]} | shown)
+    return rows
 
 
 def _named(results: Sequence[Row], name: str) -> list[Row]:

@@ -11,8 +11,8 @@ class ModelConfig:
     """Sizes and kinds of the network's parts; the defaults are the paper's."""
 
     encoder: EncoderName = "lstm"
-    """How the motor sequence is encoded: lstm (the paper), gru, group (commands as matrices
-    that multiply), sum, mlp, none or identity."""
+    """How the motor sequence is encoded: lstm (the paper), gru, linear (a state space),
+    attention, group (commands as matrices that multiply), sum, mlp, none or identity."""
     hidden_size: int = 100
     """Units of the recurrent layer, or of the encoder's hidden layers."""
     code_size: int = 50

@@ -14,11 +14,14 @@ from jaxtyping import Array, Float
 from motorspace._errors import UserError
 from motorspace._types import Code, Count, Key, Motors
 
-EncoderName = Literal["lstm", "gru", "group", "sum", "mlp", "none", "identity"]
+EncoderName = Literal[
+    "lstm", "gru", "linear", "attention", "group", "sum", "mlp", "none", "identity"
+]
 Hidden = Float[Array, "T H"]
 Matrix = Float[Array, "n n"]
 
 MAX_UNROLL = 8
+NUM_HEADS = 4
 
 
 class AbstractMotorEncoder(eqx.Module):
@@ -96,6 +99,71 @@ def _unrolled(
     in part, since compilation grows with the number of copies."""
     unroll = max(1, min(len(motors), MAX_UNROLL))
     return jax.lax.scan(advance, start, motors, unroll=unroll)[1]
+
+
+class LinearRecurrentEncoder(AbstractMotorEncoder):
+    """A comparison whose state is linear in the commands: a diagonal state space, then an MLP.
+
+    x_t = diag(l) x_{t-1} + B m_t, l complex within the unit circle (Orvieto et al., 2023). Where a
+    command ends up depends on those before it only through the MLP.
+    """
+
+    log_decay: Float[Array, " H"]
+    phase: Float[Array, " H"]
+    to_state: eqx.nn.Linear
+    to_code: eqx.nn.MLP
+
+    def __init__(self, motor_size: int, hidden_size: int, code_size: int, *, key: Key) -> None:
+        decay_key, phase_key, state_key, code_key = jax.random.split(key, 4)
+        self.log_decay = jnp.log(
+            -jnp.log(jax.random.uniform(decay_key, (hidden_size,), minval=0.8))
+        )
+        self.phase = jax.random.uniform(phase_key, (hidden_size,), maxval=jnp.pi)
+        self.to_state = eqx.nn.Linear(motor_size, 2 * hidden_size, key=state_key)
+        self.to_code = _code_mlp(2 * hidden_size, hidden_size, code_size, key=code_key)
+
+    def __call__(self, motors: Motors, num_steps: Count) -> Code:
+        real, imaginary = jnp.split(jax.vmap(self.to_state)(motors), 2, axis=1)
+        # The state unrolled: command t has been multiplied by l as often as commands follow it.
+        age = num_steps - 1 - jnp.arange(len(motors))
+        shrunk = jnp.exp(-jnp.exp(self.log_decay) * age[:, None])
+        kept = jnp.where(age[:, None] >= 0, shrunk, 0.0)
+        cos, sin = (
+            kept * jnp.cos(self.phase * age[:, None]),
+            kept * jnp.sin(self.phase * age[:, None]),
+        )
+        state = [cos * real - sin * imaginary, sin * real + cos * imaginary]
+        return self.to_code(jnp.concatenate(state, axis=1).sum(axis=0))
+
+
+class AttentionEncoder(AbstractMotorEncoder):
+    """A comparison that looks at all commands at once: one block of self-attention, then an MLP.
+
+    The last command's token asks all others (Vaswani et al., 2017); positions are counted back
+    from it, so that sequences of every length end alike.
+    """
+
+    to_token: eqx.nn.MLP
+    attention: eqx.nn.MultiheadAttention
+    to_code: eqx.nn.MLP
+
+    def __init__(self, motor_size: int, hidden_size: int, code_size: int, *, key: Key) -> None:
+        token_key, attention_key, code_key = jax.random.split(key, 3)
+        size = hidden_size - hidden_size % NUM_HEADS
+        self.to_token = eqx.nn.MLP(motor_size + 1, size, size, 1, key=token_key)
+        self.attention = eqx.nn.MultiheadAttention(NUM_HEADS, size, key=attention_key)
+        self.to_code = _code_mlp(2 * size, hidden_size, code_size, key=code_key)
+
+    def __call__(self, motors: Motors, num_steps: Count) -> Code:
+        age = num_steps - 1 - jnp.arange(len(motors))
+        placed = jnp.concatenate([motors, age[:, None] / MAX_UNROLL], axis=1)
+        tokens = jax.vmap(self.to_token)(placed)
+        seen = jnp.broadcast_to(age >= 0, (len(motors), len(motors)))
+        attended = tokens + self.attention(tokens, tokens, tokens, mask=seen)
+        weight = jnp.where(age >= 0, 1.0, 0.0)[:, None]
+        last = jnp.where(age == 0, 1.0, 0.0)[:, None]
+        pooled = [jnp.sum(last * attended, axis=0), jnp.sum(weight * attended, axis=0)]
+        return self.to_code(jnp.concatenate(pooled))
 
 
 class GroupEncoder(AbstractMotorEncoder):

@@ -9,10 +9,12 @@ from motorspace._types import Code, Count, Key, Motors, Sensors
 from motorspace.models.config import ModelConfig
 from motorspace.models.encoder import (
     AbstractMotorEncoder,
+    AttentionEncoder,
     ConstantEncoder,
     FlatEncoder,
     GroupEncoder,
     IdentityEncoder,
+    LinearRecurrentEncoder,
     RecurrentEncoder,
     SumEncoder,
 )
@@ -97,6 +99,10 @@ def build_model(config: ModelConfig, scaling: Scaling, *, horizon: int, key: Key
             )
         case "group":
             encoder = GroupEncoder(motor_size, hidden_size, code_size, key=encoder_key)
+        case "linear":
+            encoder = LinearRecurrentEncoder(motor_size, hidden_size, code_size, key=encoder_key)
+        case "attention":
+            encoder = AttentionEncoder(motor_size, hidden_size, code_size, key=encoder_key)
         case "sum":
             encoder = SumEncoder(motor_size, hidden_size, code_size, key=encoder_key)
         case "mlp":

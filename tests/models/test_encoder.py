@@ -60,17 +60,40 @@ def test_a_recurrent_encoder_knows_the_order(gated):
     assert np.abs(encoder(MOTORS, steps) - encoder(MOTORS[::-1], steps)).max() > 1e-4
 
 
+@pytest.mark.parametrize("kind", ["lstm", "gru", "linear", "attention", "group", "sum", "mlp"])
+def test_no_kind_sees_rows_beyond_the_steps_of_a_longer_array(kind):
+    config = ModelConfig(encoder=kind, hidden_size=16, code_size=6)
+    model = build_model(config, SCALING, horizon=5, key=jax.random.key(2))
+    steps = jnp.array(3)
+    other = MOTORS.at[3:].set(9.0)
+    np.testing.assert_allclose(model.encode(MOTORS, steps), model.encode(other, steps), atol=1e-6)
+    if kind != "mlp":
+        short = model.encode(MOTORS[:3], steps)
+        np.testing.assert_allclose(model.encode(MOTORS, steps), short, atol=1e-6)
+
+
 @pytest.mark.parametrize(
     ("kind", "size"),
-    [("lstm", 8), ("gru", 8), ("sum", 8), ("mlp", 8), ("none", 8), ("identity", 10)],
+    [
+        ("lstm", 8),
+        ("gru", 8),
+        ("linear", 8),
+        ("attention", 8),
+        ("group", 6),
+        ("sum", 8),
+        ("mlp", 8),
+        ("none", 8),
+        ("identity", 10),
+    ],
 )
 def test_every_kind_gives_a_code_that_the_predictor_takes(kind, size):
-    config = ModelConfig(encoder=kind, hidden_size=16, code_size=8, width_size=16, depth=1)
+    code_size = size if kind != "identity" else 8
+    config = ModelConfig(encoder=kind, hidden_size=16, code_size=code_size, width_size=16, depth=1)
     model = build_model(config, SCALING, horizon=5, key=jax.random.key(2))
     code = model.encode(MOTORS, jnp.array(5))
     assert code.shape == (size,)
     assert model.predict(jnp.ones(9), code).shape == (9,)
-    if kind in ("lstm", "gru", "sum", "mlp"):
+    if kind in ("lstm", "gru", "linear", "attention", "sum", "mlp"):
         assert (code > 0).all() and (code < 1).all()
     if kind == "sum":
         backwards = model.encode(MOTORS[::-1], jnp.array(5))

@@ -1,0 +1,125 @@
+"""The floor where it is known: nothing left to guess, one direction left to guess, a wall."""
+
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from motorspace import RunConfig, SimulationConfig
+from motorspace._types import Pose
+from motorspace.experiments import floor
+from motorspace.trajectories import Displacements, Experience, Trajectories
+from motorspace.worlds import AbstractSensor, ForwardAgent, Layout
+
+SIDE = 200.0
+SQUARE = Layout("square", (0.0, 0.0, SIDE, SIDE)).world()
+NUM_TEST = 300
+
+
+@pytest.fixture(autouse=True)
+def few_neighbours(monkeypatch):
+    """Every number of neighbours is compiled anew."""
+    monkeypatch.setattr(floor, "NEIGHBOURS", (40,))
+
+
+class Height(AbstractSensor):
+    """The agent's y, and if it has a compass, cosine and sine of its gaze."""
+
+    compass: bool = False
+
+    def scale(self, world):
+        return (SIDE,) + (1.0, 1.0) * self.compass
+
+    def sense(self, world, pose):
+        gaze = [jnp.cos(pose.gaze), jnp.sin(pose.gaze)] * self.compass
+        return jnp.stack([pose.y, *gaze])
+
+
+class InSquare(SimulationConfig):
+    """One step ahead in a wide square, with a sense of height."""
+
+    def build(self):
+        return SQUARE, ForwardAgent(math.pi), Height(self.sense_head)
+
+
+def height_floor(*, compass, key):
+    config = RunConfig(InSquare(horizon=1, sense_head=compass))
+    memory = floor.remember(SQUARE, Height(compass), 20_000, key=key)
+    return floor.prediction_floor(config, memory, num_test=NUM_TEST, key=key)
+
+
+def test_an_unknown_heading_leaves_half_of_the_squared_distance(getkey):
+    # y' - y = l sin(a) with l uniform in [0, 1] and a uniform: its variance is 1/2 times 1/3.
+    found = height_floor(compass=False, key=getkey())
+    assert np.mean(found.errors) == pytest.approx(1 / 6, abs=4 * found.standard_error)
+    assert found.disagreement == pytest.approx(1 / 6, rel=0.1)
+    assert len(found.errors) == floor.NUM_SETS and found.neighbours in floor.NEIGHBOURS
+
+
+def test_nothing_is_left_to_guess_with_a_compass(getkey):
+    assert np.mean(height_floor(compass=True, key=getkey()).errors) < 1e-5
+
+
+def test_poses_are_left_out_from_which_the_trajectory_was_impossible(getkey):
+    # At a height of 0.3 a move by 1 ahead stays above 0 for sin(a) > -0.3 only.
+    memory = floor.remember(SQUARE, Height(), 200_000, key=getkey())
+    height, least = 0.3, math.asin(0.3)
+    here, there = jnp.array([[height]]), jnp.array([[0.0]])
+    ahead = jnp.array([[1.0, 0.0, 0.0]])
+    experience = Experience(here, jnp.zeros((1, 1, 2)), jnp.ones(1, int), there)
+    trajectory = Trajectories(experience, Displacements(ahead, ahead))
+    mean_sine = 2 * math.cos(least) / (math.pi + 2 * least)
+    found = floor.foretell(memory, trajectory, 1500)
+    assert found.mean[0, 0] == pytest.approx(height + mean_sine, abs=0.05)
+
+
+def test_a_room_seen_to_all_its_ends_leaves_nothing_to_guess(getkey, tmp_path):
+    # Its four quarter turns look alike, and so does what lies ahead in each of them.
+    room = tmp_path / "room.layout"
+    room.write_text("title room\nbounds 0 0 8 8\n")
+    config = RunConfig(SimulationConfig(layout=str(room), horizon=2, max_range=20.0))
+    world, _, sensor = config.simulation.build()
+    memory = floor.remember(world, sensor, 2000, key=getkey())
+    found = floor.prediction_floor(config, memory, num_test=100, key=getkey())
+    assert max(found.errors) < 1e-5
+
+
+def test_every_case_of_the_lattice_is_told_from_memory(getkey):
+    config = RunConfig(SimulationConfig(agent="lattice", horizon=3))
+    world, _, sensor = config.simulation.build()
+    memory = floor.remember(world, sensor, 5000, key=getkey())
+    found = floor.prediction_floor(config, memory, num_test=100, key=getkey())
+    assert max(found.errors) < 1e-10 and found.disagreement < 1e-10
+
+
+def test_corrected_poses_sense_what_they_should_and_stay_in_the_free(getkey):
+    world, _, sensor = SimulationConfig().build()
+    place_key, noise_key = jax.random.split(getkey())
+    true = jax.vmap(lambda key: world.place(key=key))(jax.random.split(place_key, 20))
+    noise = 0.03 * jax.random.normal(noise_key, (3, 20, 10))
+    moved = (f[:, None] + n for f, n in zip((true.x, true.y, true.heading), noise, strict=True))
+    near = Pose(*moved, jnp.zeros((20, 10)))
+    sensed = sensor.sense(world, true)
+    correct = jax.jit(jax.vmap(lambda pose, s: floor.corrected(world, sensor, pose, s), (0, 1)))
+    found = correct(near, sensed)
+
+    def usually_off(pose):
+        return float(jnp.median(jnp.abs(sensor.sense(world, pose) - sensed[..., None])))
+
+    assert usually_off(found) < 1e-4 < 1e-2 < usually_off(near)
+    assert world.free(found)[world.free(near)].all()
+
+
+def test_rows_come_down_with_the_number_of_poses():
+    told = []
+    (row,) = floor.floor_rows(
+        cells=[("holonomic", 0.4)], num_poses=(200, 5000), num_test=60, report=told.append
+    )
+    assert (row["agent"], row["rotation"], row["num_test"]) == ("holonomic", 0.4, 300)
+    assert row["by_poses"]["5000"] == pytest.approx(row["floor"]["mean"])
+    assert row["by_poses"]["200"] > 1.5 * row["by_poses"]["5000"] > 0
+    assert row["floor"]["low"] <= row["floor"]["mean"] <= row["floor"]["high"]
+    assert row["floor"]["seeds"] == floor.NUM_SETS and len(told) == 1
+    assert row["standard_error"] > 0 and row["disagreement"] > 0
