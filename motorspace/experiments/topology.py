@@ -84,8 +84,8 @@ def _of_seed(budget: paper.Budget, seed: int) -> list[paper.Job]:
             told = partial(organised_fixed, row=row)
             jobs.append(paper.Job(f"topology/{cell} {row}", cells[cell], "initial", told))
         for part in SHUFFLED_AND_SUPERVISED:
-            told = organised_encoder
-            jobs.append(paper.Job(f"topology/{cell} {part}", cells[cell], part, told))
+            name = f"topology/{cell} {part}"
+            jobs.append(paper.Job(name, cells[cell], part, organised_encoder))
     return jobs
 
 

@@ -1,0 +1,103 @@
+"""How organisation changes with the largest rotation and the length of sequences, as pictures."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+Row = Mapping[str, Any]
+
+PANELS: tuple[tuple[str, str, float | None, bool], ...] = (
+    ("linear R2", "R2 of the worst component", 0.99, False),
+    ("collapse ratio", "collapse ratio", 0.01, True),
+    ("AUC", "AUC of equivalent pairs", 0.99, False),
+    ("partial, motors", "partial correlation with motors", 0.05, False),
+    ("D_topo", "normalised D_topo", 0.1, False),
+    ("trustworthiness", "trustworthiness, k = 20", 0.98, False),
+    ("winding", "winding number", 1.0, False),
+    ("loop", "loop persistence", None, False),
+)
+"""Measure, what its panel is called, its target, whether on a logarithmic scale."""
+
+STYLES = {"best": "-", "paper": "--"}
+COLOURS = {"forward": "tab:blue", "holonomic": "tab:orange"}
+
+
+def organisation_figure(rows: Sequence[Row]) -> Figure:
+    """Every measure with a target over the largest rotation, with its interval over seeds."""
+    figure = Figure(figsize=(14, 6.4), layout="constrained")
+    for axes, (name, title, target, logarithmic) in zip(
+        figure.subplots(2, 4).flat, PANELS, strict=True
+    ):
+        for label, curve in _curves(rows).items():
+            points = [(r["rotation"], r[name]) for r in curve if name in r]
+            _line(axes, label, points)
+        if target is not None:
+            axes.axhline(target, color="0.4", lw=0.8, ls=":")
+        axes.set(title=title, xlabel="largest rotation, units of pi")
+        if logarithmic:
+            axes.set_yscale("log")
+    figure.axes[0].legend()
+    return figure
+
+
+def turns_figure(rows: Sequence[Row]) -> Figure:
+    """How far apart equivalent sequences lie that differ by whole turns, at each rotation."""
+    figure = Figure(figsize=(11, 3.8), layout="constrained")
+    for axes, (label, curve) in zip(
+        figure.subplots(1, 4, sharey=True), sorted(_curves(rows).items()), strict=True
+    ):
+        for row in curve:
+            found = [(n, row[f"{n} full turns"]) for n in range(5) if f"{n} full turns" in row]
+            if found:
+                _line(axes, (label[0], f"r = {row['rotation']} pi"), found, colour=None)
+        axes.set(title=", ".join(label), xlabel="full turns apart", yscale="log")
+    figure.axes[0].set_ylabel("squared distance / all pairs'")
+    figure.axes[0].legend(fontsize=8)
+    return figure
+
+
+def lengths_figure(rows: Sequence[Row], *, rotation: float) -> Figure:
+    """Error of the decoded translation over the length of the sequence."""
+    figure = Figure(figsize=(5.2, 4), layout="constrained")
+    axes = figure.add_subplot()
+    for label, curve in _curves(rows).items():
+        for row in curve:
+            if row["rotation"] == rotation:
+                lengths = [n for n in range(1, 25) if f"T = {n}" in row]
+                _line(axes, label, [(n, row[f"T = {n}"]) for n in lengths])
+    axes.axvline(6, color="0.4", lw=0.8, ls=":")
+    axes.set(
+        xlabel="commands in a sequence (trained on 6)",
+        ylabel="error of the translation, world units",
+        xscale="log",
+        yscale="log",
+    )
+    axes.legend()
+    return figure
+
+
+def _curves(rows: Sequence[Row]) -> dict[tuple[str, str], list[Row]]:
+    return {
+        (agent, name): curve
+        for agent in COLOURS
+        for name in STYLES
+        if (curve := [r for r in rows if r["agent"] == agent and r["row"] == name])
+    }
+
+
+def _line(
+    axes: Axes,
+    label: tuple[str, str],
+    points: Sequence[tuple[float, Row]],
+    *,
+    colour: str | None = "agent",
+) -> None:
+    agent, name = label
+    style: dict[str, Any] = {"color": COLOURS[agent], "ls": STYLES[name]} if colour else {}
+    x = [value for value, _ in points]
+    low, mean, high = ([found[k] for _, found in points] for k in ("low", "mean", "high"))
+    shown = f"{agent}, {name}" if colour else name
+    drawn = axes.plot(x, mean, marker="o", ms=3.5, label=shown, **style)
+    axes.fill_between(x, low, high, alpha=0.2, color=drawn[0].get_color(), lw=0)
