@@ -15,11 +15,13 @@ PICTURES = ROOT / "docs" / "pictures"
 
 def main() -> None:
     """Draw them all."""
-    rows = topology_summary.topology_rows(list(finished(RUNS / "fifth")))
+    found = list(finished(RUNS / "fifth"))
+    rows = topology_summary.topology_rows(found)
     drawn = {
         "topology": topology_figures.organisation_figure(rows),
         "topology-turns": topology_figures.turns_figure(rows),
         "topology-lengths": topology_figures.lengths_figure(rows, rotation=REFERENCE_ROTATION),
+        "topology-folding": topology_figures.folding_figure(topology_summary.folding_rows(found)),
     }
     for name, figure in drawn.items():
         path: Path = PICTURES / f"{name}.png"

@@ -48,6 +48,7 @@ def reproduce(
         wanted += topology.topology_jobs(budget, seeds=seeds)
         wanted += topology.ablation_jobs(budget, seeds=seeds)
         wanted += topology.closing_jobs(budget, seeds=seeds)
+        wanted += topology.folding_jobs(budget, seeds=seeds)
     with locked(folder):
         run_all(wanted, folder, budget=budget, processes=processes, report=report)
         found = list(paper.finished(folder))

@@ -5,7 +5,9 @@ from functools import partial
 from typing import Any
 
 import jax
+import numpy as np
 
+from motorspace._types import Record
 from motorspace.analysis import circle
 from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.analysis.projections import pca
@@ -20,11 +22,13 @@ from motorspace.experiments.organisation import (
     encoder_of,
     nominal,
     organisation,
+    random_commands,
     sampled,
 )
 from motorspace.reports import figures
 from motorspace.reports.page import Section, report_page
-from motorspace.training import Run
+from motorspace.training import Run, fresh_experience, simulation_scaling
+from motorspace.training.fit import TrainState, fit, init
 
 Changes = dict[str, dict[str, Any]]
 
@@ -142,6 +146,52 @@ def closed(run: Run, num: int) -> dict[str, Any]:
         "probe_r2": found.topology.linear_r2,
         "nonlinear_r2": found.topology.nonlinear_r2,
     }
+
+
+FOLDING_CELL = ("forward", 0.8)
+FOLDING_MEASURED = 20
+"""How often in the course of training collapse is measured."""
+
+
+def folding_jobs(budget: paper.Budget, *, seeds: int) -> list[paper.Job]:
+    """The runs that show when in training whole turns fold."""
+    return [
+        paper.Job(
+            f"folding/{name}",
+            paper.changed(paper.cell(*FOLDING_CELL, budget, seed), changes),
+            "initial",
+            folded,
+        )
+        for seed in range(seeds)
+        for name, changes in (("best", BEST), ("paper", {}))
+    ]
+
+
+def folded(run: Run, num: int) -> dict[str, Any]:
+    """Collapse by whole turns as training goes on from the initial network `run`."""
+    del num
+    config = run.config
+    training, horizon = config.training, config.simulation.horizon
+    _, agent, _ = config.simulation.build()
+    course: list[dict[str, Any]] = []
+    step = max(1, training.epochs // FOLDING_MEASURED)
+
+    def watch(state: TrainState, record: Record) -> None:
+        if record["epoch"] % step == 0:
+            encode = encoder_of(Run(config, state.model).encode)
+            key = jax.random.key(training.seed)
+            found = collapse(encode, agent, horizon=horizon, key=key)
+            course.append({"epoch": record["epoch"]} | found["by full turns"])
+
+    scaling = simulation_scaling(config)
+    state = init(training, config.model, scaling, horizon=horizon)
+    fit(training, config.model, state, fresh_experience(config), watch=watch)
+    drawn = random_commands(agent, (10_000, horizon), key=jax.random.key(1))
+    turns = np.abs(np.round(drawn[..., 0].sum(axis=1) / (2 * np.pi))).astype(int)
+    shares = (np.bincount(turns) / len(turns)).tolist()
+    empty = {"recipe": "", "errors": {}, "probe_r2": {}}
+    told = {"seed": training.seed, "epochs": training.epochs, "course": course}
+    return empty | told | {"drawn": shares}
 
 
 def organised(run: Run, num: int) -> dict[str, Any]:

@@ -24,7 +24,12 @@ TOLD_LENGTHS = ("6", "24")
 
 def gathered(results: Sequence[Row], budget: paper.Budget) -> dict[str, Row]:
     """What the runs have shown so far, as `summary.gathered` does it for the paper's own."""
-    makers = {"topology": topology_rows, "ablation": ablation_rows, "closing": closing_rows}
+    makers = {
+        "topology": topology_rows,
+        "ablation": ablation_rows,
+        "closing": closing_rows,
+        "folding": folding_rows,
+    }
     shown = {}
     for name, rows in makers.items():
         runs = [r for r in results if r["name"].startswith(f"{name}/")]
@@ -76,6 +81,19 @@ def closing_rows(results: Sequence[Row]) -> list[Row]:
             ]
             shown = {key: interval([n[key] for n in numbers]) for key in numbers[0]}
             rows.append({"turns": name, "seeds": len(runs), "epochs": runs[0]["epochs"]} | shown)
+    return rows
+
+
+def folding_rows(results: Sequence[Row]) -> list[Row]:
+    """One row for each preset, epoch and number of whole turns that sequences are apart."""
+    rows = []
+    for name in ("best", "paper"):
+        runs = _named(results, f"folding/{name}")
+        for index, told in enumerate(runs[0]["course"] if runs else []):
+            for turns in sorted(told.keys() - {"epoch"}):
+                values = [r["course"][index][turns] for r in runs if turns in r["course"][index]]
+                row = {"row": name, "epoch": told["epoch"], "turns": turns, "seeds": len(values)}
+                rows.append(row | {"ratio": interval(values), "drawn": runs[0]["drawn"]})
     return rows
 
 

@@ -78,6 +78,21 @@ def lengths_figure(rows: Sequence[Row], *, rotation: float) -> Figure:
     return figure
 
 
+def folding_figure(rows: Sequence[Row]) -> Figure:
+    """Collapse by whole turns over the course of training, a panel for each preset."""
+    figure = Figure(figsize=(9, 3.8), layout="constrained")
+    for axes, name in zip(figure.subplots(1, 2, sharey=True), STYLES, strict=True):
+        for turns in sorted({r["turns"] for r in rows}):
+            curve = [r for r in rows if r["row"] == name and r["turns"] == turns]
+            points = [(r["epoch"], r["ratio"]) for r in curve]
+            if points:
+                _line(axes, ("", f"{turns} full turns apart"), points, colour=None)
+        axes.set(title=name, xlabel="epoch", yscale="log")
+    figure.axes[0].set_ylabel("squared distance / all pairs'")
+    figure.axes[0].legend(fontsize=8)
+    return figure
+
+
 def _curves(rows: Sequence[Row]) -> dict[tuple[str, str], list[Row]]:
     return {
         (agent, name): curve
