@@ -9,6 +9,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from benchmarks.__main__ import OUT, machine
 from benchmarks.harness import best_seconds
@@ -144,9 +145,14 @@ def draw(rows: list[dict[str, Any]]) -> Figure:
             style = {"marker": "o", "label": name.partition(", ")[2] or "motorspace"}
             panels[0, column].loglog(values, [1e6 * r["seconds"] for r in curve], **style)
             panels[1, column].loglog(values, [r["bytes"] for r in curve], **style)
-        panels[0, column].set_ylabel(f"microseconds a {item}")
-        panels[1, column].set_ylabel(f"bytes a {item}")
+        panels[0, column].set_ylabel(f"microseconds a\n{item}")
+        panels[1, column].set_ylabel(f"bytes a\n{item}")
         panels[1, column].set_xlabel(what)
+        for axis in (panels[1, column].xaxis, panels[0, column].yaxis, panels[1, column].yaxis):
+            low, high = axis.get_view_interval()
+            axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 50 * low else (1,)))
+            axis.set_major_formatter("{x:,g}")
+            axis.set_minor_formatter(NullFormatter())
     panels[0, 0].legend()
     return figure
 
