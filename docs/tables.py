@@ -41,6 +41,7 @@ def errors(rows: list[Row]) -> list[Row]:
             "error": row["model"],
             "oracle": row["oracle"],
             "error / oracle": row["to_oracle"],
+            "floor": row.get("floor"),
             "untrained": row["untrained"],
             "mean": row["mean"],
             "persistence": row["persistence"],
@@ -53,7 +54,7 @@ def errors(rows: list[Row]) -> list[Row]:
 
 def short_errors(rows: list[Row]) -> list[Row]:
     """What the README shows of it."""
-    columns = ("agent", "r", "epochs", "error", "oracle", "mean", "persistence", "paper")
+    columns = ("agent", "r", "error", "oracle", "floor", "mean", "persistence", "paper")
     return [{c: row[c] for c in columns} for row in errors(rows)]
 
 
@@ -253,6 +254,16 @@ def targets(rows: list[Row]) -> list[Row]:
     ]
 
 
+def floors(rows: list[Row]) -> list[Row]:
+    """How the floor comes down with the number of remembered poses."""
+    return [
+        {"agent": row["agent"], "r": f"{row['rotation']} pi"}
+        | {f"{int(num):,} poses": error for num, error in row["by_poses"].items()}
+        | {"disagreement": row["disagreement"], "neighbours": row["neighbours"]}
+        for row in rows
+    ]
+
+
 TOPOLOGY_TABLES: dict[str, tuple[str, Callable[[list[Row]], list[Row]]]] = {
     "topology": ("topology", organisation),
     "topology_references": ("topology", organisation_references),
@@ -279,6 +290,10 @@ def filled() -> dict[Path, str]:
     """What every file made from the results must hold."""
     files = gathered(list(finished(RUNS / "paper")), "paper")
     files |= gathered(list(finished(RUNS / "quick")), "quick")
+    floor_rows = json.loads((RESULTS / "floor.json").read_text())["rows"]
+    by_cell = {(row["agent"], row["rotation"]): row["floor"] for row in floor_rows}
+    for row in files["table"]["rows"]:
+        row["floor"] = by_cell[row["agent"], row["rotation"]]
     files["robots"] = json.loads((RESULTS / "robots.json").read_text())
     summary = claims(files, json.loads((RESULTS / "reasons.json").read_text()))
     tables = {
@@ -286,6 +301,7 @@ def filled() -> dict[Path, str]:
         for name, (source, make) in TABLES.items()
         if source in files
     }
+    tables["floor"] = markdown_table(floors(floor_rows))
     tables["targets"] = markdown_table(targets(summary))
     made = {RESULTS / "summary.json": summary}
     organised = topology_summary.gathered(list(finished(RUNS / "fifth")), "fifth")

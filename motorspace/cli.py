@@ -156,6 +156,9 @@ def reproduce_command(
     if what == "robots":
         reproduction.reproduce_robots(out, logs, seeds=seeds, report=tell)
         return
+    if what == "floor":
+        reproduction.reproduce_floor(out, report=tell)
+        return
     reproduction.reproduce(
         what,
         out,
@@ -165,6 +168,8 @@ def reproduce_command(
         processes=jobs,
         report=tell,
     )
+    if what == "all":
+        reproduction.reproduce_floor(out, report=tell)
     if what == "all" and logs is not None:
         reproduction.reproduce_robots(out, logs, seeds=seeds, report=tell)
 

@@ -23,7 +23,7 @@ from motorspace.training import (
 
 Budget = Literal["quick", "fifth", "half", "paper"]
 Part = Literal["model", "oracle", "untrained", "shuffled", "supervised", "initial"]
-Experiment = Literal["lattice", "table", "points", "topology", "figures", "robots", "all"]
+Experiment = Literal["lattice", "table", "floor", "points", "topology", "figures", "robots", "all"]
 
 ROTATIONS = (0.2, 0.4, 0.6, 0.8, 1.0, 1.2)
 PAPER_ERRORS = {

@@ -13,7 +13,15 @@ from pathlib import Path
 
 from motorspace._errors import UserError
 from motorspace._files import locked, write_json
-from motorspace.experiments import figures, paper, robots, summary, topology, topology_summary
+from motorspace.experiments import (
+    figures,
+    floor,
+    paper,
+    robots,
+    summary,
+    topology,
+    topology_summary,
+)
 from motorspace.training import RunConfig, fresh_experience, simulation_scaling, train
 
 Report = Callable[[str], None]
@@ -58,6 +66,16 @@ def reproduce(
     if what in ("figures", "all"):
         figures.write_all(folder)
     report(f"results: {folder}")
+
+
+def reproduce_floor(out: Path, *, report: Report) -> None:
+    """Estimate how low any predictor's error can get in each cell, and write `floor.json`."""
+    with locked(out):
+        rows = floor.floor_rows(report=report)
+        today = date.today().isoformat()
+        shown = {"command": "motorspace reproduce floor", "date": today, "rows": rows}
+        write_json(out / "floor.json", shown)
+    report(f"results: {out / 'floor.json'}")
 
 
 def reproduce_robots(out: Path, logs: Path | None, *, seeds: int, report: Report) -> None:
