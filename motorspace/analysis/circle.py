@@ -2,7 +2,6 @@
 
 import numpy as np
 from jaxtyping import Float
-from sklearn.neighbors import NearestNeighbors
 
 from motorspace.analysis.coordinates import Points
 from motorspace.analysis.projections import pca
@@ -72,6 +71,8 @@ def _stretch(
     codes: Points, points: Points, first: np.ndarray, second: np.ndarray, *, rank: int
 ) -> float:
     """Mean distance of codes over that of points, of each of `first` and the nearest `second`."""
+    from sklearn.neighbors import NearestNeighbors
+
     near = NearestNeighbors(n_neighbors=rank + 1).fit(points[second])
     chosen = second[near.kneighbors(points[first], return_distance=False)[:, rank]]
     apart = np.linalg.norm(codes[first] - codes[chosen], axis=1).mean()

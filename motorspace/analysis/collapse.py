@@ -2,7 +2,6 @@
 
 import numpy as np
 from jaxtyping import Float, Int
-from sklearn.metrics import roc_auc_score
 
 from motorspace.analysis.coordinates import Points
 
@@ -51,6 +50,8 @@ def equivalence_auc(codes: Points, motors: Points, groups: Labels, *, seed: int 
     distance is the nearest to its own among `NUM_CANDIDATES` random ones, so that a code that
     copies the motor commands gains nothing: it has 0.5, as a dead code has. 1 is perfect.
     """
+    from sklearn.metrics import roc_auc_score
+
     rng = np.random.default_rng(seed)
     first, second = _pairs(groups, rng)
     if not len(first):

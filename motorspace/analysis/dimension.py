@@ -2,7 +2,6 @@
 
 import numpy as np
 from jaxtyping import Float
-from sklearn.decomposition import PCA
 
 from motorspace.analysis.coordinates import Points
 
@@ -31,4 +30,6 @@ def components_for(codes: Points, *, share: float = 0.95) -> int:
 
 
 def _powers(codes: Points) -> Float[np.ndarray, " P"]:
+    from sklearn.decomposition import PCA
+
     return np.asarray(PCA().fit(codes).explained_variance_)

@@ -2,9 +2,6 @@
 
 from typing import NamedTuple
 
-from sklearn.manifold import trustworthiness as _trustworthiness
-from sklearn.neighbors import NearestNeighbors
-
 from motorspace.analysis.coordinates import Points
 
 
@@ -14,12 +11,14 @@ def trustworthiness(codes: Points, displacements: Points, *, k: int) -> float:
     Venna and Kaski (2001): how far off in displacement a code's k nearest codes are. 1 is
     perfect, random codes have about 0.5.
     """
-    return float(_trustworthiness(displacements, codes, n_neighbors=k))
+    from sklearn.manifold import trustworthiness as of_embedding
+
+    return float(of_embedding(displacements, codes, n_neighbors=k))
 
 
 def continuity(codes: Points, displacements: Points, *, k: int) -> float:
     """The same with codes and displacements exchanged: what the codes have torn apart."""
-    return float(_trustworthiness(codes, displacements, n_neighbors=k))
+    return trustworthiness(displacements, codes, k=k)
 
 
 class NeighbourError(NamedTuple):
@@ -44,5 +43,7 @@ def neighbour_error(codes: Points, displacements: Points, *, k: int = 5) -> Neig
 
 
 def _spread_of_neighbours(points: Points, displacements: Points, k: int) -> float:
+    from sklearn.neighbors import NearestNeighbors
+
     near = NearestNeighbors(n_neighbors=k).fit(points).kneighbors(return_distance=False)
     return float(((displacements[near] - displacements[:, None]) ** 2).sum(axis=-1).mean())
