@@ -3,7 +3,8 @@
 import jax
 
 import motorspace as ms
-from motorspace.analysis.probes import COMPONENTS, displacement_targets, linear_probe
+from motorspace.analysis.coordinates import COMPONENTS
+from motorspace.analysis.probes import displacement_targets, linear_probe
 
 config = ms.RunConfig(
     ms.SimulationConfig(agent="forward", max_rotation=0.2, horizon=3),
