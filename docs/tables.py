@@ -216,11 +216,6 @@ def ablation(rows: list[Row]) -> list[Row]:
     return [{"changed": row["change"]} | {c: row.get(c) for c in columns} for row in rows]
 
 
-def closing(rows: list[Row]) -> list[Row]:
-    """Whether orientation closes with and without equivalent rotations."""
-    return rows
-
-
 def rates(rows: list[Row]) -> list[Row]:
     """Ours beside every peer, the median and the range over launches."""
 
@@ -264,16 +259,6 @@ def floors(rows: list[Row]) -> list[Row]:
     ]
 
 
-TOPOLOGY_TABLES: dict[str, tuple[str, Callable[[list[Row]], list[Row]]]] = {
-    "topology": ("topology", organisation),
-    "topology_references": ("topology", organisation_references),
-    "topology_shape": ("topology", shape),
-    "topology_turns": ("topology", turns),
-    "topology_lengths": ("topology", lengths),
-    "ablation": ("ablation", ablation),
-    "closing": ("closing", closing),
-}
-
 TABLES: dict[str, tuple[str, Callable[[list[Row]], list[Row]]]] = {
     "errors": ("table", errors),
     "short_errors": ("table", short_errors),
@@ -283,42 +268,46 @@ TABLES: dict[str, tuple[str, Callable[[list[Row]], list[Row]]]] = {
     "points": ("points", points),
     "robots": ("robots", robots),
     "robot_probes": ("robots", robot_probes),
+    "floor": ("floor", floors),
+    "topology": ("topology", organisation),
+    "topology_references": ("topology", organisation_references),
+    "topology_shape": ("topology", shape),
+    "topology_turns": ("topology", turns),
+    "topology_lengths": ("topology", lengths),
+    "ablation": ("ablation", ablation),
+    "closing": ("closing", list),
 }
+
+
+def reasons_in(folder: Path) -> dict[str, str]:
+    """Why claims fail that do."""
+    return dict(json.loads((folder / "reasons.json").read_text()))
 
 
 def filled() -> dict[Path, str]:
     """What every file made from the results must hold."""
     files = gathered(list(finished(RUNS / "paper")), "paper")
     files |= gathered(list(finished(RUNS / "quick")), "quick")
-    floor_rows = json.loads((RESULTS / "floor.json").read_text())["rows"]
-    by_cell = {(row["agent"], row["rotation"]): row["floor"] for row in floor_rows}
-    for row in files["table"]["rows"]:
-        row["floor"] = by_cell[row["agent"], row["rotation"]]
     files["robots"] = json.loads((RESULTS / "robots.json").read_text())
-    summary = claims(files, json.loads((RESULTS / "reasons.json").read_text()))
+    made = {RESULTS / "summary.json": claims(files, reasons_in(RESULTS))}
+    files["floor"] = json.loads((RESULTS / "floor.json").read_text())
+    floor = {(row["agent"], row["rotation"]): row["floor"] for row in files["floor"]["rows"]}
+    for row in files["table"]["rows"]:
+        row["floor"] = floor[row["agent"], row["rotation"]]
+    files |= topology_summary.gathered(list(finished(RUNS / "fifth")), "fifth")
+    found = topology_summary.topology_claims(files["topology"]["rows"])
+    made[TOPOLOGY / "summary.json"] = judged(found, files["topology"], reasons_in(TOPOLOGY))
     tables = {
         name: markdown_table(make(files[source]["rows"]))
         for name, (source, make) in TABLES.items()
         if source in files
     }
-    tables["floor"] = markdown_table(floors(floor_rows))
-    tables["targets"] = markdown_table(targets(summary))
-    made = {RESULTS / "summary.json": summary}
-    organised = topology_summary.gathered(list(finished(RUNS / "fifth")), "fifth")
-    if "topology" in organised:
-        reasons = json.loads((TOPOLOGY / "reasons.json").read_text())
-        found = topology_summary.topology_claims(organised["topology"]["rows"])
-        made[TOPOLOGY / "summary.json"] = judged(found, organised["topology"], reasons)
-        tables["topology_targets"] = markdown_table(targets(made[TOPOLOGY / "summary.json"]))
-        tables |= {
-            name: markdown_table(make(organised[source]["rows"]))
-            for name, (source, make) in TOPOLOGY_TABLES.items()
-            if source in organised
-        }
+    tables["targets"] = markdown_table(targets(made[RESULTS / "summary.json"]))
+    tables["topology_targets"] = markdown_table(targets(made[TOPOLOGY / "summary.json"]))
     if (measured := PERFORMANCE / "benchmarks.json").exists():
         file = json.loads(measured.read_text())
-        reasons = json.loads((PERFORMANCE / "reasons.json").read_text())
-        reached = judged(benchmarks.claims.claims(file["rows"]), file, reasons)
+        found = benchmarks.claims.claims(file["rows"])
+        reached = judged(found, file, reasons_in(PERFORMANCE))
         made[PERFORMANCE / "summary.json"] = reached
         tables["benchmarks"] = markdown_table(rates(file["rows"]))
         tables["performance_targets"] = markdown_table(targets(reached))

@@ -56,13 +56,13 @@ def write_json(path: Path, value: Any) -> None:
     write_atomically(path, (json.dumps(value, indent=1) + "\n").encode())
 
 
-def write_text(path: Path, text: str) -> None:
-    """Replace a text file as a whole. Raises `UserError` when it cannot be written."""
+def write_as_told(path: Path, content: bytes, *, what: str) -> None:
+    """Replace a file that the user has named. Raises `UserError` when `what` cannot be written."""
     try:
-        write_atomically(path, text.encode())
+        write_atomically(path, content)
     except OSError as error:
         raise UserError(
-            f"the file cannot be written ({error.strerror})",
+            f"the {what} cannot be written ({error.strerror})",
             where=path,
             remedy="give a file in a folder that exists and may be written to",
         ) from None

@@ -13,7 +13,7 @@ import jax
 import tyro
 
 from motorspace._errors import UserError
-from motorspace._files import write_json, write_text
+from motorspace._files import write_as_told, write_json
 from motorspace._types import Record, Watch
 from motorspace.experiments import paper
 from motorspace.experiments.measurement import measure
@@ -170,8 +170,8 @@ def reproduce_command(
     )
     if what == "all":
         reproduction.reproduce_floor(out, report=tell)
-    if what == "all" and logs is not None:
-        reproduction.reproduce_robots(out, logs, seeds=seeds, report=tell)
+        if logs is not None:
+            reproduction.reproduce_robots(out, logs, seeds=seeds, report=tell)
 
 
 @app.command(name="topology")
@@ -204,7 +204,7 @@ def topology_command(
         h, d = read_array(codes), read_array(displacements)
         told = topology(h, d, None if motors is None else read_array(motors), seed=seed)
         found = Sampled(h.reshape(len(h), -1), d, told)
-    write_text(out, topology_page(found))
+    write_as_told(out, topology_page(found).encode(), what="file")
     if as_json:
         print(json.dumps({name: value for name, value, _, _ in found.topology.rows()}))
     else:

@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float, Int
 
-from motorspace.analysis.coordinates import Points
+from motorspace.analysis.coordinates import Numbers, Points
 
 Labels = Int[np.ndarray, " N"]
 """A number for every group of equivalent sequences; negative for those of no group."""
@@ -17,10 +17,21 @@ NUM_CANDIDATES = 64
 
 def equal_rows(values: Float[np.ndarray, "N D"], *, decimals: int = 3) -> Labels:
     """A label for every row that occurs, rounded; -1 for those that occur once."""
-    rounded = np.round(values, decimals) + 0.0
-    _, index, counts = np.unique(rounded, axis=0, return_inverse=True, return_counts=True)
-    index = index.ravel()
-    return np.where(counts[index] > 1, index, -1)
+    index = _numbered(np.round(values, decimals) + 0.0)
+    return np.where(np.bincount(index)[index] > 1, index, -1)
+
+
+def within_to_total_variance(
+    codes: Float[Numbers, "N C"], groups: Float[Numbers, "N ..."]
+) -> float:
+    """Share of the codes' variance that lies within groups of equal label; 0 is organised.
+
+    A label is a row of `groups`, rounded to a thousandth. NaN for codes that do not vary.
+    """
+    x = np.asarray(codes, np.float64)
+    labels = np.round(np.asarray(groups, np.float64).reshape(len(x), -1), 3) + 0.0
+    total = ((x - x.mean(0)) ** 2).sum()
+    return float(_squares_within(x, _numbered(labels)).sum() / total) if total > 0 else float("nan")
 
 
 def collapse_ratio(codes: Points, groups: Labels) -> float:
@@ -34,10 +45,8 @@ def collapse_ratio(codes: Points, groups: Labels) -> float:
     grouped = groups >= 0
     if not grouped.any() or total <= ROUNDING * float((codes**2).sum(axis=1).mean()):
         return float("nan")
-    _, index, counts = np.unique(groups[grouped], return_inverse=True, return_counts=True)
-    members = codes[grouped]
-    means = np.stack([np.bincount(index, column) / counts for column in members.T], axis=1)
-    squares = np.bincount(index, ((members - means[index]) ** 2).sum(axis=1))
+    index = _numbered(groups[grouped])
+    squares, counts = _squares_within(codes[grouped], index), np.bincount(index)
     several = counts > 1
     within = 2 * squares[several] / (counts[several] - 1)
     return float(within.mean() / total) if several.any() else float("nan")
@@ -67,6 +76,18 @@ def equivalence_auc(codes: Points, motors: Points, groups: Labels, *, seed: int 
     distances = np.round(distances / max(distances.max(), 1e-30), 9)
     equivalent = np.repeat([1, 0], len(first))
     return float(roc_auc_score(equivalent, -distances))
+
+
+def _numbered(labels: np.ndarray) -> Labels:
+    """The place of each label, or row of labels, among those that occur."""
+    return np.asarray(np.unique(labels, axis=0, return_inverse=True)[1]).ravel()
+
+
+def _squares_within(codes: Points, index: Labels) -> Float[np.ndarray, " G"]:
+    """Of each group the squared distances from its mean, added up."""
+    counts = np.bincount(index)
+    means = np.stack([np.bincount(index, column) / counts for column in codes.T], axis=1)
+    return np.bincount(index, ((codes - means[index]) ** 2).sum(axis=1))
 
 
 def _pairs(groups: Labels, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:

@@ -2,7 +2,6 @@
 
 import numpy as np
 from jaxtyping import Float
-from scipy.stats import rankdata
 
 from motorspace.analysis.coordinates import Points
 
@@ -54,6 +53,8 @@ def metric_error(decoded: Distances, displacements: Distances) -> float:
 
 def rank_correlations(*distances: Distances) -> Float[np.ndarray, "V V"]:
     """Spearman's correlation of every two kinds of distances over the same pairs."""
+    from scipy.stats import rankdata
+
     return np.corrcoef([rankdata(d) for d in distances])
 
 

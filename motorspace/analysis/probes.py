@@ -1,4 +1,4 @@
-"""Decoding displacements from codes, and how much codes vary."""
+"""Decoding displacements from codes."""
 
 from collections.abc import Callable
 
@@ -25,10 +25,15 @@ def linear_probe(
 ) -> Float[Numbers, " D"]:
     """R2 on the test rows of `linear_decoder` fitted on the others, per target."""
     x_test, y_test = np.asarray(test_codes, np.float64), np.asarray(test_targets, np.float64)
-    decoded = linear_decoder(codes, targets, ridge=ridge)(x_test)
-    residual = y_test - decoded
-    spread = ((y_test - y_test.mean(0)) ** 2).sum(0)
-    return jnp.asarray(1.0 - (residual**2).sum(0) / np.maximum(spread, 1e-12))
+    return jnp.asarray(explained(linear_decoder(codes, targets, ridge=ridge)(x_test), y_test))
+
+
+def explained(
+    decoded: Float[np.ndarray, "P D"], true: Float[np.ndarray, "P D"]
+) -> Float[np.ndarray, " D"]:
+    """R2 of what was decoded, per column: 1 is perfect, 0 no better than the mean."""
+    spread = ((true - true.mean(0)) ** 2).sum(0)
+    return np.asarray(1.0 - ((true - decoded) ** 2).sum(0) / np.maximum(spread, 1e-12))
 
 
 def linear_decoder(
@@ -65,20 +70,3 @@ def neighbour_probe(
     fitted = KNeighborsRegressor(k, weights="distance").fit(np.asarray(codes), np.asarray(targets))
     predicted = fitted.predict(np.asarray(test_codes))
     return np.asarray(r2_score(np.asarray(test_targets), predicted, multioutput="raw_values"))
-
-
-def within_to_total_variance(
-    codes: Float[Numbers, "N C"], groups: Float[Numbers, "N ..."]
-) -> float:
-    """Share of the codes' variance that lies within groups of equal label; 0 is organised.
-
-    A label is a row of `groups`, rounded to a thousandth. NaN for codes that do not vary.
-    """
-    x = np.asarray(codes, np.float64)
-    labels = np.round(np.asarray(groups, np.float64).reshape(len(x), -1), 3) + 0.0
-    _, index = np.unique(labels, axis=0, return_inverse=True)
-    index = index.ravel()
-    counts = np.bincount(index)
-    means = np.stack([np.bincount(index, column) / counts for column in x.T], axis=-1)
-    total = ((x - x.mean(0)) ** 2).sum()
-    return float(((x - means[index]) ** 2).sum() / total) if total > 0 else float("nan")

@@ -13,13 +13,12 @@ from motorspace._errors import UserError
 from motorspace.analysis import circle, collapse, dimension, distances, neighbours
 from motorspace.analysis.coordinates import (
     COMPONENTS,
-    Coordinates,
     Numbers,
     Points,
     checked,
     displacement_coordinates,
 )
-from motorspace.analysis.probes import linear_decoder, linear_probe, neighbour_probe
+from motorspace.analysis.probes import explained, linear_decoder, neighbour_probe
 
 SUBSET_SIZE = 2000
 RANKED_SIZE = 1000
@@ -170,7 +169,7 @@ def topology(
         intrinsic_dimension=_with_extra("skdim", lambda: dimension.intrinsic_dimension(h[some])),
         **_of_pairs(h, coordinates.points, m, drawn),
         **_of_neighbours(h, coordinates.points, drawn),
-        **_of_probes(h, coordinates, some),
+        **_of_probes(h, d, some),
         **_of_circle(h, d),
     )
 
@@ -249,17 +248,15 @@ def _of_neighbours(h: Points, p: Points, subsets: list[np.ndarray]) -> dict[str,
     }
 
 
-def _of_probes(h: Points, coordinates: Coordinates, some: np.ndarray) -> dict[str, Any]:
-    p = coordinates.points / np.array([1.0, 1.0, coordinates.weight, coordinates.weight])
-    train, test = np.array_split(some, 2)
-    split = h[train], p[train], h[test], p[test]
-    decoded, turns = linear_decoder(h[train], p[train])(h[test]), np.arctan2(p[:, 3], p[:, 2])
+def _of_probes(h: Points, d: Float[np.ndarray, "N 3"], some: np.ndarray) -> dict[str, Any]:
+    p, (train, test) = displacement_coordinates(d, weight=1.0).points, np.array_split(some, 2)
+    decoded, turns = linear_decoder(h[train], p[train])(h[test]), d[test, 2]
     angles = np.arctan2(decoded[:, 3], decoded[:, 2])
     return {
-        "linear_r2": _named(linear_probe(*split)),
-        "nonlinear_r2": _named(neighbour_probe(*split)),
-        "orientation_error": circle.circular_error(angles, turns[test]),
-        "circular_correlation": circle.circular_correlation(angles, turns[test]),
+        "linear_r2": _named(explained(decoded, p[test])),
+        "nonlinear_r2": _named(neighbour_probe(h[train], p[train], h[test], p[test])),
+        "orientation_error": circle.circular_error(angles, turns),
+        "circular_correlation": circle.circular_correlation(angles, turns),
     }
 
 

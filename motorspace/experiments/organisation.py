@@ -16,7 +16,7 @@ from motorspace.analysis.collapse import collapse_ratio, equal_rows, equivalence
 from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.analysis.probes import linear_decoder
 from motorspace.analysis.topology import Topology, topology
-from motorspace.trajectories.equivalent import EquivalentSequences, equivalent_sequences
+from motorspace.trajectories.equivalent import EquivalentSequences, equivalent_sequences, explored
 from motorspace.worlds import AbstractAgent, LatticeAgent
 from motorspace.worlds.simulation import nominal_displacement
 
@@ -186,12 +186,7 @@ def random_commands(agent: AbstractAgent, shape: tuple[int, int], *, key: Key) -
     """Commands as the agent explores with, walls aside: [*shape, M]."""
     num, length = shape
     keys = jax.random.split(key, (NUM_SEQUENCES, max(length, LENGTHS[-1])))
-    return np.asarray(_drawn(agent, keys))[:num, :length]
-
-
-@eqx.filter_jit
-def _drawn(agent: AbstractAgent, keys: Array) -> Array:
-    return jax.vmap(jax.vmap(lambda key: agent.draw(key=key)))(keys)
+    return np.asarray(explored(agent, keys))[:num, :length]
 
 
 def nominal(agent: AbstractAgent, motors: Motors) -> Float[np.ndarray, "N 3"]:

@@ -1,29 +1,46 @@
 """From the results of runs to the rows of tables, and to targets that hold or do not."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from statistics import fmean
 from typing import Any
 
 from motorspace.experiments import paper
 
 Row = dict[str, Any]
+Maker = Callable[[Sequence[Row]], list[Row]]
 
 
 def gathered(results: Sequence[Row], budget: paper.Budget) -> dict[str, Row]:
-    """What each experiment has shown so far: {"command", "date", "rows"}.
+    """What each of the paper's experiments has shown so far; see `gather`."""
+    makers: dict[paper.Experiment, Maker] = {
+        "table": table_rows,
+        "lattice": lattice_rows,
+        "points": point_rows,
+    }
+    return {
+        name: file
+        for name, rows in makers.items()
+        for file in gather(results, name, rows, experiment=name, budget=budget)
+    }
+
+
+def gather(
+    results: Sequence[Row],
+    name: str,
+    rows: Maker,
+    *,
+    experiment: paper.Experiment,
+    budget: paper.Budget,
+) -> Iterator[Row]:
+    """{"command", "date", "rows"} of the runs in folder `name`, where there are some.
 
     The date is that of the newest run, the seeds are as many as the cell with most has.
     """
-    makers = {"table": table_rows, "lattice": lattice_rows, "points": point_rows}
-    shown = {}
-    for experiment, rows in makers.items():
-        runs = [r for r in results if r["name"].startswith(f"{experiment}/")]
-        if runs:
-            seeds = 1 + max(r["seed"] for r in runs)
-            command = f"motorspace reproduce {experiment} --budget {budget} --seeds {seeds}"
-            newest = max(r["date"] for r in runs)
-            shown[experiment] = {"command": command, "date": newest, "rows": rows(runs)}
-    return shown
+    runs = [r for r in results if r["name"].startswith(f"{name}/")]
+    if runs:
+        seeds = 1 + max(r["seed"] for r in runs)
+        command = f"motorspace reproduce {experiment} --budget {budget} --seeds {seeds}"
+        yield {"command": command, "date": max(r["date"] for r in runs), "rows": rows(runs)}
 
 
 def table_rows(results: Sequence[Row]) -> list[Row]:

@@ -14,6 +14,7 @@ from motorspace.analysis.projections import pca
 from motorspace.experiments import paper
 from motorspace.experiments.measurement import measure
 from motorspace.experiments.organisation import (
+    NUM_SEQUENCES,
     Codes,
     Encode,
     Motors,
@@ -38,7 +39,7 @@ BEST: Changes = {
 }
 """What the preset `best` changes in the paper's system."""
 
-SMALLER_STEP: Changes = {"training": {"learning_rate": 3e-3}}
+SMALLER_STEP: Changes = {"training": BEST["training"]}
 
 ABLATION: dict[str, Changes] = {
     "paper": {},
@@ -50,7 +51,7 @@ ABLATION: dict[str, Changes] = {
     "gru": {"model": {"encoder": "gru"}},
     "linear recurrence": {"model": {"encoder": "linear"}},
     "attention": {"model": {"encoder": "attention"}},
-    "group of 6 x 6": {"model": {**BEST["model"], "code_size": 30}, **SMALLER_STEP},
+    "group of 6 x 6": BEST | {"model": {**BEST["model"], "code_size": 30}},
     "group": BEST,
 }
 """What may organise codes better, one change at a time."""
@@ -75,7 +76,7 @@ def _of_seed(budget: paper.Budget, seed: int) -> list[paper.Job]:
     cells = {
         f"{agent}-{rotation}": paper.cell(agent, rotation, budget, seed)
         for rotation in paper.ROTATIONS
-        for agent in ("forward", "holonomic")
+        for agent in paper.PAPER_ERRORS
     }
     jobs = []
     for changes, name in ((BEST, "best"), ({}, "paper")):
@@ -83,7 +84,7 @@ def _of_seed(budget: paper.Budget, seed: int) -> list[paper.Job]:
             changed = paper.changed(config, changes)
             jobs.append(paper.Job(f"topology/{cell} {name}", changed, measure=organised))
     # What the references show does not hang on r: one rotation does.
-    for cell in (f"{agent}-{REFERENCE_ROTATION}" for agent in ("forward", "holonomic")):
+    for cell in (f"{agent}-{REFERENCE_ROTATION}" for agent in paper.PAPER_ERRORS):
         for row in FIXED:
             told = partial(organised_fixed, row=row)
             jobs.append(paper.Job(f"topology/{cell} {row}", cells[cell], "initial", told))
@@ -140,7 +141,7 @@ def closed(run: Run, num: int) -> dict[str, Any]:
     )
     points, turns = displacement_coordinates(displacements).points, displacements[:, 2]
     return measure(run, num) | {
-        "winding": circle.winding_number(codes, turns),
+        "winding": found.topology.winding_number,
         "seam gap": circle.seam_gap(codes, points, turns),
         "loop": found.topology.loop_persistence,
         "probe_r2": found.topology.linear_r2,
@@ -186,12 +187,10 @@ def folded(run: Run, num: int) -> dict[str, Any]:
     scaling = simulation_scaling(config)
     state = init(training, config.model, scaling, horizon=horizon)
     fit(training, config.model, state, fresh_experience(config), watch=watch)
-    drawn = random_commands(agent, (10_000, horizon), key=jax.random.key(1))
+    drawn = random_commands(agent, (NUM_SEQUENCES, horizon), key=jax.random.key(1))
     turns = np.abs(np.round(drawn[..., 0].sum(axis=1) / (2 * np.pi))).astype(int)
     shares = (np.bincount(turns) / len(turns)).tolist()
-    empty = {"recipe": "", "errors": {}, "probe_r2": {}}
-    told = {"seed": training.seed, "epochs": training.epochs, "course": course}
-    return empty | told | {"drawn": shares}
+    return _unpredicted(run) | {"course": course, "drawn": shares}
 
 
 def organised(run: Run, num: int) -> dict[str, Any]:
@@ -223,11 +222,25 @@ def organised_fixed(run: Run, num: int, *, row: str) -> dict[str, Any]:
 
 
 def _organisation(run: Run, encode: Encode) -> dict[str, Any]:
-    simulation, training = run.config.simulation, run.config.training
+    simulation, seed = run.config.simulation, run.config.training.seed
     _, agent, _ = simulation.build()
-    found = organisation(encode, agent, horizon=simulation.horizon, seed=training.seed)
-    empty = {"recipe": "", "errors": {}, "probe_r2": {}}
-    return empty | {"seed": training.seed, "epochs": training.epochs, "organisation": found}
+    found = organisation(encode, agent, horizon=simulation.horizon, seed=seed)
+    return _unpredicted(run) | {"organisation": found}
+
+
+def _unpredicted(run: Run) -> dict[str, Any]:
+    """What every run's results tell, of one whose predictions are not measured."""
+    training = run.config.training
+    nothing = {"recipe": "", "errors": {}, "probe_r2": {}}
+    return nothing | {"seed": training.seed, "epochs": training.epochs}
+
+
+SHOWN = 5000
+MEASURES_TEXT = (
+    "Displacement is (longitudinal, lateral, w cos, w sin); the weight w gives orientation the "
+    "variance of translation unless another was asked for. The error is the standard error that "
+    "drawing random subsets of pairs brings."
+)
 
 
 def topology_of(run: Run, *, seed: int) -> Sampled:
@@ -266,11 +279,3 @@ def topology_page(found: Sampled) -> str:
             ),
         ],
     )
-
-
-SHOWN = 5000
-MEASURES_TEXT = (
-    "Displacement is (longitudinal, lateral, w cos, w sin); the weight w gives orientation the "
-    "variance of translation unless another was asked for. The error is the standard error that "
-    "drawing random subsets of pairs brings."
-)

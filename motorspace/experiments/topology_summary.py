@@ -9,13 +9,10 @@ from scipy.stats import bootstrap
 
 from motorspace.analysis.coordinates import COMPONENTS
 from motorspace.experiments import paper, topology
-from motorspace.experiments.summary import Row, claimed
+from motorspace.experiments.summary import Row, claimed, gather
 
 ROWS = ("best", "paper", "supervised", "shuffled", *topology.FIXED)
 """The rows of each cell: both presets, then the references."""
-
-SEEDS = 5
-"""As many as an interval is to be made of."""
 
 LEVEL = 0.95
 TOLD_LENGTHS = ("6", "24")
@@ -23,27 +20,24 @@ TOLD_LENGTHS = ("6", "24")
 
 
 def gathered(results: Sequence[Row], budget: paper.Budget) -> dict[str, Row]:
-    """What the runs have shown so far, as `summary.gathered` does it for the paper's own."""
+    """What the runs have shown so far; see `gather`."""
     makers = {
         "topology": topology_rows,
         "ablation": ablation_rows,
         "closing": closing_rows,
         "folding": folding_rows,
     }
-    shown = {}
-    for name, rows in makers.items():
-        runs = [r for r in results if r["name"].startswith(f"{name}/")]
-        if runs:
-            command = f"motorspace reproduce topology --budget {budget} --seeds {SEEDS}"
-            newest = max(r["date"] for r in runs)
-            shown[name] = {"command": command, "date": newest, "rows": rows(runs)}
-    return shown
+    return {
+        name: file
+        for name, rows in makers.items()
+        for file in gather(results, name, rows, experiment="topology", budget=budget)
+    }
 
 
 def topology_rows(results: Sequence[Row]) -> list[Row]:
     """One row for each cell and preset or reference of which a run is finished."""
     rows = []
-    for agent in ("forward", "holonomic"):
+    for agent in paper.PAPER_ERRORS:
         for rotation in paper.ROTATIONS:
             for name in ROWS:
                 runs = _named(results, f"topology/{agent}-{rotation} {name}")

@@ -4,9 +4,11 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
+import equinox as eqx
 import jax
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Array, Float, Int
+from jaxtyping import Key as KeyArray
 
 from motorspace._errors import UserError
 from motorspace._types import Key
@@ -66,7 +68,9 @@ def equivalent_sequences(
     sequences, turns = [], []
     for name, key in zip(found, jax.random.split(draw_key, len(found)), strict=True):
         block = found[name]
-        context = _random_commands(agent, (num_groups, horizon), key)
+        context = np.array(
+            explored(agent, jax.random.split(key, (num_groups, horizon))), np.float64
+        )
         sequences.append(_placed(block.commands, context, rng, last=name == "head"))
         turns.append(block.full_turns)
     each = num_groups * members
@@ -229,7 +233,7 @@ def _placed(
     return sequences
 
 
-def _random_commands(agent: BodyAgent, shape: tuple[int, int], key: Key) -> np.ndarray:
-    """Commands as the agent explores with, [*shape, M]."""
-    keys = jax.random.split(key, shape)
-    return np.array(jax.vmap(jax.vmap(lambda k: agent.draw(key=k)))(keys), np.float64)
+@eqx.filter_jit
+def explored(agent: AbstractAgent, keys: KeyArray[Array, "N T"]) -> Float[Array, "N T M"]:
+    """Commands as the agent explores with, walls aside: one for each key."""
+    return jax.vmap(jax.vmap(lambda key: agent.draw(key=key)))(keys)

@@ -4,11 +4,8 @@ import numpy as np
 import pytest
 
 from motorspace.analysis.baselines import skill
-from motorspace.analysis.probes import (
-    displacement_targets,
-    linear_probe,
-    within_to_total_variance,
-)
+from motorspace.analysis.collapse import within_to_total_variance
+from motorspace.analysis.probes import displacement_targets, linear_probe
 
 RNG = np.random.default_rng(0)
 
