@@ -13,6 +13,7 @@ import pytest
 
 from motorspace import load_run
 from motorspace.cli import MOST_CACHED, main
+from motorspace.experiments import reproduction
 
 ROOT = Path(__file__).parents[1]
 TINY = [
@@ -67,6 +68,15 @@ def test_several_seeds_are_trained_side_by_side(tmp_path, capsys):
     assert capsys.readouterr().out.count("finished") == 2
     assert second.config.training.seed == 1
     assert first.log[-1] != second.log[-1]
+
+
+def test_several_seeds_are_one_program_where_the_device_is_no_cpu(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("jax.default_backend", lambda: "gpu")
+    command = ["train", "forward", *TINY, "--horizon", "1", "--seeds", "2", "--out", str(tmp_path)]
+    monkeypatch.setattr(reproduction, "_pool", lambda _: pytest.fail("a process was started"))
+    main(command)
+    assert capsys.readouterr().out.count("finished") == 2
+    assert load_run(tmp_path / "seed1").config.training.seed == 1
 
 
 def test_train_on_a_table(tmp_path, capsys):

@@ -11,6 +11,8 @@ from datetime import date
 from multiprocessing.synchronize import Lock
 from pathlib import Path
 
+import jax
+
 from motorspace._errors import UserError
 from motorspace._files import locked, write_json
 from motorspace.experiments import (
@@ -22,7 +24,13 @@ from motorspace.experiments import (
     topology,
     topology_summary,
 )
-from motorspace.training import RunConfig, fresh_experience, simulation_scaling, train
+from motorspace.training import (
+    RunConfig,
+    fresh_experience,
+    simulation_scaling,
+    train,
+    train_together,
+)
 
 Report = Callable[[str], None]
 
@@ -118,16 +126,40 @@ def run_all(
 def train_seeds(
     config: RunConfig, out: Path, *, seeds: int, processes: int, resume: bool, report: Report
 ) -> None:
-    """Train one network per seed, counted from the configuration's own, in `out/seedN`."""
+    """Train one network per seed, counted from the configuration's own, in `out/seedN`.
+
+    On a CPU each in a process, on other devices all in one program.
+    """
     first = config.training.seed
+    seeded = {
+        out / f"seed{seed}": replace(config, training=replace(config.training, seed=seed))
+        for seed in range(first, first + seeds)
+    }
+
+    def finished(folder: Path, loss: float) -> None:
+        report(f"finished: {folder}, loss {loss:.4g}")
+
+    if one_program(config):
+        source, scaling = fresh_experience(config), simulation_scaling(config)
+        runs = train_together([*seeded.values()], source, scaling, [*seeded], resume=resume)
+        for folder, run in zip(seeded, runs, strict=True):
+            finished(folder, run.log[-1]["prediction_loss"])
+        return
     with _pool(processes) as pool:
-        running = {}
-        for seed in range(first, first + seeds):
-            seeded = replace(config, training=replace(config.training, seed=seed))
-            folder = out / f"seed{seed}"
-            running[pool.submit(_train_one, seeded, folder, resume=resume)] = folder
+        running = {
+            pool.submit(_train_one, config, folder, resume=resume): folder
+            for folder, config in seeded.items()
+        }
         for future in as_completed(running):
-            report(f"finished: {running[future]}, loss {future.result():.4g}")
+            finished(running[future], future.result())
+
+
+def one_program(config: RunConfig) -> bool:
+    """Whether several seeds train fastest as one program, which shares its source of experience.
+
+    Two cores train two seeds in two processes 1.6 times as fast as in one program.
+    """
+    return jax.default_backend() != "cpu" and config.training.fresh
 
 
 def _train_one(config: RunConfig, folder: Path, *, resume: bool) -> float:

@@ -13,3 +13,4 @@ from motorspace.training.runs import Run as Run
 from motorspace.training.runs import initial_run as initial_run
 from motorspace.training.runs import load_run as load_run
 from motorspace.training.runs import train as train
+from motorspace.training.runs import train_together as train_together

@@ -1,6 +1,7 @@
 """The one training loop: an epoch is one compiled program."""
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 
 import equinox as eqx
 import jax
@@ -9,7 +10,7 @@ import optax
 from jaxtyping import Array, Int
 
 from motorspace._errors import UserError
-from motorspace._types import Count, Key, Record, Scalar
+from motorspace._types import Count, Key, Keys, Record, Scalar
 from motorspace.models import Model, ModelConfig, Scaling, build_model
 from motorspace.models.losses import (
     code_variance,
@@ -177,20 +178,81 @@ def fit(
     before stays valid.
     """
     # The key is an argument and no constant of the program: all seeds share one compiled epoch.
-    _, epochs_key = jax.random.split(jax.random.key(config.seed))
+    key = _epochs_key(config.seed)
     for epoch in range(int(state.epoch), config.epochs):
-        state, record = train_epoch(state, source, config, model, key=epochs_key)
-        logged = {name: float(value) for name, value in vars(record).items()}
-        if not all(jnp.isfinite(value) for value in logged.values()):
-            raise UserError(
-                f"the loss is no longer finite after epoch {epoch + 1}",
-                remedy="lower the learning rate and resume, or check the data for extreme values",
-            )
+        state, record = train_epoch(state, source, config, model, key=key)
+        logged = _logged(epoch + 1, record)
         if validation is not None:
             state, error = keep_best(state, validation)
             logged["validation_loss"] = float(error)
-        watch(state, {"epoch": epoch + 1, **logged})
+        watch(state, logged)
     return state
+
+
+def fit_together(
+    config: TrainingConfig,
+    model: ModelConfig,
+    states: Sequence[TrainState],
+    source: ExperienceSource,
+    *,
+    seeds: Sequence[int],
+    watches: Sequence[Callable[[TrainState, Record], None]],
+) -> list[TrainState]:
+    """Train the states of several seeds as one program, each as `fit` would train it alone.
+
+    Pays on a device of many cores. States that are behind, as an interruption leaves them, catch
+    up with the others first. `config` says all but the seed.
+    """
+    states = list(states)
+    while (now := min(int(state.epoch) for state in states)) < config.epochs:
+        behind = [n for n, state in enumerate(states) if int(state.epoch) == now]
+        ahead = [int(state.epoch) for state in states if int(state.epoch) > now]
+        keys = jnp.stack([_epochs_key(seeds[n]) for n in behind])
+        together = _stacked([states[n] for n in behind])
+        for epoch in range(now, min(ahead, default=config.epochs)):
+            together, records = train_epoch_together(together, source, config, model, keys=keys)
+            for place, n in enumerate(behind):
+                states[n], record = _nth((together, records), jnp.array(place))
+                watches[n](states[n], _logged(epoch + 1, record))
+    return states
+
+
+@eqx.filter_jit
+def train_epoch_together(
+    states: TrainState,
+    source: ExperienceSource,
+    config: TrainingConfig,
+    model_config: ModelConfig,
+    *,
+    keys: Keys,
+) -> tuple[TrainState, EpochRecord]:
+    """`train_epoch` for states whose arrays have one more axis, the first: seeds."""
+    one = lambda state, key: train_epoch(state, source, config, model_config, key=key)  # noqa: E731
+    return eqx.filter_vmap(one)(states, keys)
+
+
+def _stacked(states: Sequence[TrainState]) -> TrainState:
+    arrays, rest = zip(*(eqx.partition(state, eqx.is_array) for state in states), strict=True)
+    return eqx.combine(jax.tree.map(lambda *leaves: jnp.stack(leaves), *arrays), rest[0])
+
+
+@eqx.filter_jit
+def _nth(stacked: tuple[TrainState, EpochRecord], place: Count) -> tuple[TrainState, EpochRecord]:
+    return jax.tree.map(lambda leaf: leaf[place] if eqx.is_array(leaf) else leaf, stacked)
+
+
+def _epochs_key(seed: int) -> Key:
+    return jax.random.split(jax.random.key(seed))[1]
+
+
+def _logged(epoch: int, record: EpochRecord) -> Record:
+    logged = {name: float(value) for name, value in vars(record).items()}
+    if not all(math.isfinite(value) for value in logged.values()):
+        raise UserError(
+            f"the loss is no longer finite after epoch {epoch}",
+            remedy="lower the learning rate and resume, or check the data for extreme values",
+        )
+    return {"epoch": epoch, **logged}
 
 
 @eqx.filter_jit

@@ -12,6 +12,8 @@ RUN/results.json            what `evaluate` measured
 import dataclasses
 import json
 import time
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -29,7 +31,7 @@ from motorspace._types import Record, Watch
 from motorspace.models import Model, Scaling
 from motorspace.models.losses import encode_all
 from motorspace.training.config import RunConfig, config_from_json, simulation_scaling
-from motorspace.training.fit import COLLAPSED_BELOW, TrainState, fit, init
+from motorspace.training.fit import COLLAPSED_BELOW, TrainState, fit, fit_together, init
 from motorspace.trajectories import Experience, ExperienceSource
 
 FORMAT_VERSION = 1
@@ -109,22 +111,47 @@ def train(
         state = fit(config.training, config.model, state, source, validation=validation, watch=keep)
         return Run(config, state.kept, tuple(log))
 
-    with locked(folder):
-        _claim(folder, config, scaling, horizon, resume=resume)
-        keeper = _Keeper(folder, *_restore(folder, state), watch)
-        try:
-            state = fit(
-                config.training,
-                config.model,
-                keeper.state,
-                source,
-                validation=validation,
-                watch=keeper.record,
-            )
-        finally:
-            keeper.write()
-        write_atomically(folder / "weights.safetensors", _packed(state.kept))
-    return Run(config, state.kept, tuple(keeper.log))
+    described = _description(config, scaling, horizon)
+    with _kept(folder, described, state, resume=resume, watch=watch) as keeper:
+        fit(
+            config.training,
+            config.model,
+            keeper.state,
+            source,
+            validation=validation,
+            watch=keeper.record,
+        )
+    return Run(config, keeper.state.kept, tuple(keeper.log))
+
+
+def train_together(
+    configs: Sequence[RunConfig],
+    source: ExperienceSource,
+    scaling: Scaling,
+    folders: Sequence[Path],
+    *,
+    resume: bool = False,
+) -> list[Run]:
+    """`train` runs that differ by their seed alone as one program: for devices of many cores."""
+    horizon, (first, *_) = _horizon(source), configs
+    with ExitStack() as stack:
+        keepers = []
+        for config, folder in zip(configs, folders, strict=True):
+            state = init(config.training, config.model, scaling, horizon=horizon)
+            described = _description(config, scaling, horizon)
+            keepers.append(stack.enter_context(_kept(folder, described, state, resume=resume)))
+        fit_together(
+            first.training,
+            first.model,
+            [keeper.state for keeper in keepers],
+            source,
+            seeds=[config.training.seed for config in configs],
+            watches=[keeper.record for keeper in keepers],
+        )
+    return [
+        Run(config, keeper.state.kept, tuple(keeper.log))
+        for config, keeper in zip(configs, keepers, strict=True)
+    ]
 
 
 def initial_run(config: RunConfig) -> Run:
@@ -183,17 +210,38 @@ class _Keeper:
         self.written = time.monotonic()
 
 
-def _claim(
-    folder: Path, config: RunConfig, scaling: Scaling, horizon: int, *, resume: bool
-) -> None:
-    """Make the folder this run's own, or make sure that it already is."""
-    path = folder / "config.json"
-    described = {
+@contextmanager
+def _kept(
+    folder: Path,
+    described: dict[str, Any],
+    state: TrainState,
+    *,
+    resume: bool,
+    watch: Watch = lambda record: None,
+) -> Iterator[_Keeper]:
+    """Training that is kept in a folder: from its checkpoint, if any, to its weights."""
+    with locked(folder):
+        _claim(folder, described, resume=resume)
+        keeper = _Keeper(folder, *_restore(folder, state), watch)
+        try:
+            yield keeper
+        finally:
+            keeper.write()
+        write_atomically(folder / "weights.safetensors", _packed(keeper.state.kept))
+
+
+def _description(config: RunConfig, scaling: Scaling, horizon: int) -> dict[str, Any]:
+    return {
         "format_version": FORMAT_VERSION,
         "config": dataclasses.asdict(config),
         "scaling": dataclasses.asdict(scaling),
         "horizon": horizon,
     }
+
+
+def _claim(folder: Path, described: dict[str, Any], *, resume: bool) -> None:
+    """Make the folder this run's own, or make sure that it already is."""
+    path = folder / "config.json"
     if not path.exists():
         write_json(path, described)
         return

@@ -113,6 +113,52 @@ def test_a_folder_that_holds_a_run_is_not_overwritten(tmp_path):
     assert (tmp_path / "weights.safetensors").read_bytes() == before
 
 
+SEEDS = [replace(CONFIG, training=replace(CONFIG.training, seed=seed)) for seed in (0, 5)]
+
+
+def test_seeds_in_one_program_are_trained_as_each_alone_would_be(tmp_path):
+    folders = [tmp_path / "first", tmp_path / "second"]
+    source, scaling = fresh_experience(CONFIG), simulation_scaling(CONFIG)
+    together = runs.train_together(SEEDS, source, scaling, folders)
+    motors = np.ones((5, 2, 2), np.float32)
+    for config, folder, run in zip(SEEDS, folders, together, strict=True):
+        alone = trained(tmp_path / "alone" / folder.name, config)
+        np.testing.assert_allclose(run.encode(motors), alone.encode(motors), atol=1e-6)
+        for record, expected in zip(run.log, alone.log, strict=True):
+            assert record == pytest.approx(expected, rel=1e-4)
+        assert load_run(folder).config == config
+
+
+def test_in_one_program_a_seed_that_is_behind_catches_up(tmp_path):
+    def stop(record: dict[str, float]) -> None:
+        if record["epoch"] == 4:
+            raise KeyboardInterrupt
+
+    source, scaling = fresh_experience(CONFIG), simulation_scaling(CONFIG)
+    whole = [tmp_path / "whole" / name for name in "ab"]
+    parted = [tmp_path / "parted" / name for name in "ab"]
+    runs.train_together(SEEDS, source, scaling, whole)
+    with pytest.raises(KeyboardInterrupt):
+        trained(parted[0], watch=stop)
+    runs.train_together(SEEDS, source, scaling, parted, resume=True)
+    for one, other in zip(whole, parted, strict=True):
+        ours, theirs = load_run(one), load_run(other)
+        assert [record["epoch"] for record in theirs.log] == [1, 2, 3, 4, 5, 6]
+        assert theirs.log[-1] == pytest.approx(ours.log[-1], rel=1e-4)
+
+
+def test_a_loss_that_is_not_finite_stops_all_seeds_and_keeps_what_was_good(tmp_path):
+    source, scaling = fresh_experience(CONFIG), simulation_scaling(CONFIG)
+    broken = [
+        replace(config, training=replace(config.training, learning_rate=1e30)) for config in SEEDS
+    ]
+    folders = [tmp_path / "first", tmp_path / "second"]
+    with pytest.raises(UserError, match="no longer finite"):
+        runs.train_together(broken, source, scaling, folders)
+    assert (folders[1] / "checkpoint.safetensors").exists()
+    assert not (folders[0] / "weights.safetensors").exists()
+
+
 @pytest.mark.parametrize("keep", [0, 10, 500])
 def test_truncated_weights_are_refused(tmp_path, keep):
     trained(tmp_path)
