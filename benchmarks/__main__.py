@@ -28,6 +28,8 @@ SUITES = [
     ("many_agents", 2, {}),
     ("system", 2, {}),
     ("whole_table", 2, {}),
+    ("sampling", 1, {}),
+    ("demo", 2, {}),
 ]
 
 

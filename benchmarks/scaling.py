@@ -1,11 +1,16 @@
-"""How our own time and memory grow: `python -m benchmarks.scaling`, on one thread."""
+"""How our own time and memory grow: `python -m benchmarks.scaling`, on one thread but for cores."""
 
+import json
+import os
+import subprocess
+import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
 from typing import Any
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 from matplotlib.figure import Figure
@@ -13,6 +18,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from benchmarks.__main__ import OUT, machine
 from benchmarks.harness import best_seconds
+from benchmarks.whole_table import side_by_side
 from motorspace import (
     ForwardAgent,
     Pose,
@@ -26,7 +32,7 @@ from motorspace import (
 from motorspace._files import write_json
 from motorspace.experiments.paper import FORWARD
 from motorspace.training import init
-from motorspace.training.fit import train_epoch
+from motorspace.training.fit import train_epoch, train_epoch_together
 from motorspace.trajectories.sampling import CHUNK_SIZE, SamplingPlan, simulate
 from motorspace.worlds.layouts import random_rooms
 
@@ -43,13 +49,19 @@ CURVES = {
     "horizon": "trajectory",
     "batch": "sample of training",
     "units": "sample of training",
+    "cores": "scan, trajectory, sample",
+    "seeds": "sample of training",
 }
 """What grows, and what is measured for each of."""
 
 
 def main() -> None:
     """Measure every curve, write the numbers, draw them."""
+    if asked := sys.argv[1:]:
+        print(json.dumps(list(IN_CHILDREN[asked[0]]())))
+        return
     rows = [*by_walls(), *by_rays(), *by_agents(), *by_horizon(), *by_batch(), *by_units()]
+    rows += [*by_cores(), *by_seeds()]
     described = {"command": "python -m benchmarks.scaling", "date": date.today().isoformat()}
     write_json(OUT / "scaling.json", described | {"machine": machine(), "rows": rows})
     draw(rows).savefig(PICTURE, dpi=70)
@@ -91,6 +103,61 @@ def by_units() -> Iterator[dict[str, Any]]:
             FORWARD.model, hidden_size=units, code_size=units // 2, width_size=2 * units
         )
         yield updates("units", units, replace(FORWARD, model=model), 100)
+
+
+def by_cores() -> Iterator[dict[str, Any]]:
+    """The same work with one thread for each of more and more cores."""
+    for cores in range(1, CORES + 1):
+        for measured in on_cores("work", cores):
+            yield measured | {"value": cores}
+
+
+def by_seeds() -> Iterator[dict[str, Any]]:
+    """Several seeds on all cores: as one program, and as processes of one thread each."""
+    yield from on_cores("seeds", CORES)
+    for num in range(1, CORES + 1):
+        rate = sum(side_by_side(["forward"] * num))
+        yield row("seeds, processes", num, 1 / rate, float("nan"))
+
+
+def on_cores(what: str, cores: int) -> list[dict[str, Any]]:
+    """What a process measures that may use so many cores."""
+    chosen = ",".join(map(str, range(cores)))
+    eigen = "--xla_cpu_multi_thread_eigen=false" if cores == 1 else ""
+    command = ["taskset", "-c", chosen, sys.executable, "-m", "benchmarks.scaling", what]
+    environment = os.environ | {"XLA_FLAGS": eigen, "OMP_NUM_THREADS": str(cores)}
+    done = subprocess.run(command, env=environment, check=True, stdout=subprocess.PIPE)
+    return list(json.loads(done.stdout))
+
+
+def work() -> Iterator[dict[str, Any]]:
+    yield scans("cores, scan", 0, layout("paper"), RangeFan(), NUM_POSES)
+    yield trajectories(FORWARD.simulation.horizon, CHUNK_SIZE) | {"what": "cores, trajectory"}
+    for batch in (100, 1_000):
+        yield updates(f"cores, sample in batches of {batch:,}", 0, FORWARD, batch)
+
+
+def seeds_together() -> Iterator[dict[str, Any]]:
+    config = replace(FORWARD, training=replace(FORWARD.training, curriculum=0.0))
+    source, scaling = fresh_experience(config), simulation_scaling(config)
+    state = init(config.training, config.model, scaling, horizon=config.simulation.horizon)
+    for num in (1, 2, 4, 8):
+        repeated = jax.tree.map(
+            lambda leaf, num=num: jnp.stack([leaf] * num) if eqx.is_array(leaf) else leaf, state
+        )
+        keys = jax.random.split(jax.random.key(0), num)
+        given = repeated, source, config.training, config.model
+        trained = train_epoch_together.lower(*given, keys=keys).compile()
+        seconds = best_seconds(
+            lambda: jax.block_until_ready(trained(*given, keys=keys)),  # noqa: B023
+            seconds=5.0,
+        )
+        samples = num * config.training.trajectories_per_epoch
+        yield row("seeds, one program", num, seconds / samples, memory(trained.compiled) / samples)
+
+
+IN_CHILDREN = {"work": work, "seeds": seeds_together}
+CORES = os.cpu_count() or 1
 
 
 def updates(what: str, value: int, config: RunConfig, batch: int) -> dict[str, Any]:
@@ -136,24 +203,28 @@ def memory(program: Any) -> int:
 
 def draw(rows: list[dict[str, Any]]) -> Figure:
     """Microseconds and bytes for each piece of work, against what grows."""
-    figure = Figure(figsize=(18, 5.4), layout="constrained")
-    panels = figure.subplots(2, len(CURVES), sharex="col")
-    for column, (what, item) in enumerate(CURVES.items()):
+    figure = Figure(figsize=(14, 11), layout="constrained")
+    half = len(CURVES) // 2
+    panels = figure.subplots(4, half)
+    for place, (what, item) in enumerate(CURVES.items()):
+        block, column = divmod(place, half)
+        times, sizes = panels[2 * block : 2 * block + 2, column]
         for name in sorted({r["what"] for r in rows if r["what"].split(",")[0] == what}):
             curve = [r for r in rows if r["what"] == name]
             values = [r["value"] for r in curve]
             style = {"marker": "o", "label": name.partition(", ")[2] or "motorspace"}
-            panels[0, column].loglog(values, [1e6 * r["seconds"] for r in curve], **style)
-            panels[1, column].loglog(values, [r["bytes"] for r in curve], **style)
-        panels[0, column].set_ylabel(f"microseconds a\n{item}")
-        panels[1, column].set_ylabel(f"bytes a\n{item}")
-        panels[1, column].set_xlabel(what)
-        for axis in (panels[1, column].xaxis, panels[0, column].yaxis, panels[1, column].yaxis):
+            times.loglog(values, [1e6 * r["seconds"] for r in curve], **style)
+            sizes.loglog(values, [r["bytes"] for r in curve], **style)
+        times.set_ylabel(f"microseconds a\n{item}")
+        sizes.set_ylabel(f"bytes a\n{item}")
+        sizes.set_xlabel(what)
+        for axis in (times.xaxis, sizes.xaxis, times.yaxis, sizes.yaxis):
             low, high = axis.get_view_interval()
             axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 50 * low else (1,)))
             axis.set_major_formatter("{x:,g}")
             axis.set_minor_formatter(NullFormatter())
-    panels[0, 0].legend()
+        if len(times.lines) > 1:
+            times.legend(fontsize="small")
     return figure
 
 

@@ -9,13 +9,12 @@ import torch
 
 from benchmarks.harness import Contender, Launch, report, take_turns
 from benchmarks.roofline import fma_peak
+from benchmarks.sampling import motorspace
 from benchmarks.sensing import LAYOUT
 from benchmarks.training import Fused, Paper, Unrolled, pytorch
 from benchmarks.trajectories import vmas
-from motorspace import RunConfig, WalledWorld, fresh_experience, layout, simulation_scaling
+from motorspace import RunConfig, WalledWorld, fresh_experience, layout
 from motorspace.experiments.paper import FORWARD
-from motorspace.training import init
-from motorspace.training.fit import train_epoch
 
 
 def main() -> None:
@@ -35,17 +34,6 @@ def main() -> None:
     ]
     rates, first, foreign = take_turns(contenders, seconds=1.5)
     report(Launch("a system of the paper", "samples", threads, rates, first, {}, foreign))
-
-
-def motorspace(config: RunConfig) -> Contender:
-    source, scaling = fresh_experience(config), simulation_scaling(config)
-    state = init(config.training, config.model, scaling, horizon=config.simulation.horizon)
-    key = jax.random.key(0)
-
-    def run() -> None:
-        jax.block_until_ready(train_epoch(state, source, config.training, config.model, key=key))
-
-    return Contender("motorspace", run, config.training.trajectories_per_epoch)
 
 
 def with_vmas(name: str, network: Paper, world: WalledWorld, config: RunConfig) -> Contender:

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 
 from benchmarks.harness import Launch, report, take_turns, watch_foreign_load
 from benchmarks.roofline import fma_peak
@@ -30,17 +31,17 @@ print((epochs - epochs // 3) * 2000 / (seen[-1] - seen[epochs // 3 - 1]))
 def main() -> None:
     """How many trajectories a second all runs together learn from, and what the cores could."""
     threads = int(os.environ["BENCHMARK_THREADS"])
+    agents = [("forward", "holonomic")[core % 2] for core in range(threads)]
     foreign_load = watch_foreign_load()
-    ours, foreign = [sum(side_by_side(threads)) for _ in range(TURNS)], foreign_load()
+    ours, foreign = [sum(side_by_side(agents)) for _ in range(TURNS)], foreign_load()
     peak, first, _ = take_turns([fma_peak(threads)], turns=TURNS)
     rates, first = {"motorspace": ours} | peak, {"motorspace": 0.0} | first
     report(Launch("the whole table", "samples", threads, rates, first, {}, foreign))
 
 
-def side_by_side(runs: int) -> list[float]:
-    """The rates of runs that train at the same time."""
+def side_by_side(agents: Sequence[str]) -> list[float]:
+    """The rates of these agents' runs that train at the same time, each on a core of its own."""
     environment = os.environ | {"XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false"}
-    agents = ["forward", "holonomic"] * runs
     started = [
         subprocess.Popen(
             [sys.executable, "-c", ONE_RUN, agent, str(EPOCHS), str(core)],
@@ -48,7 +49,7 @@ def side_by_side(runs: int) -> list[float]:
             stdout=subprocess.PIPE,
             text=True,
         )
-        for core, agent in enumerate(agents[:runs])
+        for core, agent in enumerate(agents)
     ]
     return [float(run.communicate()[0]) for run in started]
 

@@ -67,7 +67,7 @@ def test_a_point_of_a_scaling_curve_is_measured_and_drawn():
     assert many["bytes"] >= 4 * fan.num_rays
     rows = [many | {"what": what} for what in (*scaling.CURVES, "walls, all visited")]
     panels = scaling.draw(rows).axes
-    assert [len(panel.lines) for panel in panels] == [2, 1, 1, 1, 1, 1] * 2
+    assert [len(panel.lines) for panel in panels] == [2, 1, 1, 1] * 2 + [1] * 8
 
 
 def test_an_update_is_measured_for_each_of_its_samples():
@@ -85,3 +85,18 @@ def test_the_table_is_claimed_in_minutes():
     (claim,) = claims([row | {"ratio": samples_per_second}])
     assert claim["measured"] == pytest.approx(50.0) and claim["interval"][0] == pytest.approx(40.0)
     assert not claim["holds"], "the slowest launch takes 67 minutes"
+
+
+@pytest.mark.parametrize(
+    ("work", "ours", "measured", "holds"),
+    [
+        ("an epoch of the paper", 1.0, [0.01], [True]),
+        ("make demo", 1 / 120, [2.0, 1.0], [True] * 2),
+    ],
+)
+def test_shares_and_minutes_are_claimed_to_be_at_most_something(work, ours, measured, holds):
+    even = lambda rate: dict.fromkeys(("median", "low", "high"), rate)  # noqa: E731
+    row = {"work": work, "threads": 1, "peer": "another", "ours": even(ours)}
+    made = claims([row | {"theirs": even(1 / 60), "ratio": even(0.01)}])
+    assert [claim["measured"] for claim in made] == pytest.approx(measured)
+    assert [claim["holds"] for claim in made] == holds
