@@ -35,15 +35,16 @@ Changes = dict[str, dict[str, Any]]
 
 BEST: Changes = {
     "model": {"encoder": "group", "hidden_size": 64, "code_size": 6},
-    "training": {"learning_rate": 3e-3},
+    "training": {"learning_rate": 3e-3, "code_noise": 0.3},
 }
 """What the preset `best` changes in the paper's system."""
 
-SMALLER_STEP: Changes = {"training": BEST["training"]}
+SMALLER_STEP: Changes = {"training": {"learning_rate": 3e-3}}
 
 ABLATION: dict[str, Changes] = {
     "paper": {},
     "smaller step": SMALLER_STEP,
+    "noise on the code": {"training": {"code_noise": 0.3}},
     "mixed horizons": {"simulation": {"min_horizon": 1}},
     "smaller code": {"model": {"code_size": 10}},
     "inverse model": {"model": {"inverse_weight": 0.04}},
@@ -51,6 +52,7 @@ ABLATION: dict[str, Changes] = {
     "gru": {"model": {"encoder": "gru"}},
     "linear recurrence": {"model": {"encoder": "linear"}},
     "attention": {"model": {"encoder": "attention"}},
+    "group, no noise": BEST | SMALLER_STEP,
     "group of 6 x 6": BEST | {"model": {**BEST["model"], "code_size": 30}},
     "group": BEST,
 }

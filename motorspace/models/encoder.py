@@ -184,9 +184,14 @@ class GroupEncoder(AbstractMotorEncoder):
         transition_key, readout_key, wide_key = jax.random.split(key, 3)
         sizes = (motor_size, code_size, hidden_size, 2, jnp.sin)
         transition = eqx.nn.MLP(*sizes, key=transition_key)
-        # Sines of about one radian per radian fold turns by themselves.
+        # Sines of about one radian per radian fold turns by themselves. From matrices too near the
+        # identity grow some that turn by a fraction of every angle, and stay so.
         wide = jax.random.normal(wide_key, (hidden_size, motor_size))
-        self.transition = eqx.tree_at(lambda mlp: mlp.layers[0].weight, transition, wide)
+        self.transition = eqx.tree_at(
+            lambda mlp: (mlp.layers[0].weight, mlp.layers[-1].weight),
+            transition,
+            (wide, 2 * transition.layers[-1].weight),
+        )
         self.readout = eqx.nn.MLP(*sizes, key=readout_key)
 
     def __call__(self, motors: Motors, num_steps: Count) -> Code:

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from motorspace._types import Scalar
+from motorspace._types import Key, Scalar
 from motorspace.models.model import Model
 from motorspace.trajectories import Experience
 
@@ -45,6 +45,15 @@ def slowness_loss(codes: Codes, earlier: Codes) -> Scalar:
     to how widely it varies, so that displacement becomes the codes' main directions.
     """
     return jnp.mean(jnp.sum((codes - earlier) ** 2, axis=1)) / spread(codes)
+
+
+def noisy(codes: Codes, amount: Scalar, *, key: Key) -> Codes:
+    """The codes with Gaussian noise of `amount` times each unit's standard deviation.
+
+    No scale of the codes escapes it; only what is spread out widely can still be told apart.
+    """
+    deviation = jnp.sqrt(jnp.var(codes, axis=0) + 1e-10)
+    return codes + amount * deviation * jax.random.normal(key, codes.shape)
 
 
 def spread(codes: Codes) -> Scalar:

@@ -104,10 +104,18 @@ class TrainingConfig:
     """cosine: warm-up over 1% of the updates, then decay to zero; constant: the plain recipe."""
     curriculum: float = 0.3
     """Share of the epochs, from the first, over which the longest trajectory grows from 1 to T."""
+    code_noise: float = 0.0
+    """Noise on the codes that the predictor sees, relative to each unit's standard deviation; it
+    fades to none over the epochs of the curriculum."""
     average: float = 0.0
     """Decay of a moving average of the weights, which is what is kept; 0 keeps the last ones."""
     seed: int = 0
     """Seed of the initial weights and of every trajectory."""
+
+    @property
+    def curriculum_epochs(self) -> int:
+        """Epochs in which the longest trajectory still grows."""
+        return round(self.curriculum * self.epochs)
 
 
 @dataclass(frozen=True)
@@ -129,11 +137,10 @@ def simulator(config: RunConfig) -> Callable[[Key, Count], Trajectories]:
     world, agent, sensor = config.simulation.build()
     simulation, training = config.simulation, config.training
     shortest = simulation.min_horizon or simulation.horizon
-    curriculum_epochs = round(training.curriculum * training.epochs)
 
     def draw(key: Key, epoch: Count) -> Trajectories:
-        young = epoch < curriculum_epochs
-        grown = 1 + epoch * simulation.horizon // max(curriculum_epochs, 1)
+        young = epoch < training.curriculum_epochs
+        grown = 1 + epoch * simulation.horizon // max(training.curriculum_epochs, 1)
         lengths = (jnp.where(young, 1, shortest), jnp.where(young, grown, simulation.horizon))
         if not training.fresh:
             key = jax.random.key(training.seed)

@@ -17,6 +17,7 @@ from motorspace.models.losses import (
     encode_all,
     encode_last_two,
     inverse_loss,
+    noisy,
     prediction_loss,
     slowness_loss,
 )
@@ -60,7 +61,7 @@ def optimiser(config: TrainingConfig) -> optax.GradientTransformation:
     """Adam with the configured schedule."""
     if config.schedule == "constant":
         return optax.adam(config.learning_rate)
-    updates = config.epochs * (config.trajectories_per_epoch // config.batch_size)
+    updates = config.epochs * _num_updates(config)
     warm_up = max(1, updates // 100)
     schedule = optax.warmup_cosine_decay_schedule(
         0.0, config.learning_rate, warm_up, max(updates, warm_up + 1)
@@ -108,9 +109,11 @@ def train_epoch(
     epoch_key = jax.random.fold_in(key, state.epoch)
     adam, slow = optimiser(config), model_config.slowness_weight > 0
     batches = _batches(source, config, state.epoch, key=epoch_key)
+    noise_keys = jax.random.split(jax.random.fold_in(epoch_key, 1), _num_updates(config))
+    noise = config.code_noise * _youth(config, state.epoch)
     trainable, fixed = eqx.partition(state.model, eqx.is_inexact_array)
 
-    def loss(trainable: Model, batch: Experience) -> tuple[Scalar, EpochRecord]:
+    def loss(trainable: Model, batch: Experience, key: Key) -> tuple[Scalar, EpochRecord]:
         model = eqx.combine(trainable, fixed)
         if slow:
             codes, earlier = encode_last_two(model, batch)
@@ -118,7 +121,10 @@ def train_epoch(
             codes = earlier = encode_all(model, batch)
         if not model_config.train_encoder:
             codes, earlier = jax.lax.stop_gradient((codes, earlier))
-        prediction = prediction_loss(model, batch, codes)
+        seen = codes
+        if config.code_noise > 0:
+            seen = noisy(codes, noise, key=key)
+        prediction = prediction_loss(model, batch, seen)
         inverse = inverse_loss(model, batch, codes)
         record = EpochRecord(prediction, inverse, code_variance(codes))
         total = prediction + model_config.inverse_weight * inverse
@@ -126,9 +132,9 @@ def train_epoch(
             total += model_config.slowness_weight * slowness_loss(codes, earlier)
         return total, record
 
-    def update(carry: Carry, batch: Experience) -> tuple[Carry, EpochRecord]:
+    def update(carry: Carry, given: tuple[Experience, Key]) -> tuple[Carry, EpochRecord]:
         trainable, moments, average = carry
-        gradients, record = jax.grad(loss, has_aux=True)(trainable, batch)
+        gradients, record = jax.grad(loss, has_aux=True)(trainable, *given)
         steps, moments = adam.update(gradients, moments)
         trainable = optax.apply_updates(trainable, steps)
         if average is not None:
@@ -137,7 +143,7 @@ def train_epoch(
 
     average = eqx.filter(state.average, eqx.is_inexact_array)
     (trainable, moments, average), records = jax.lax.scan(
-        update, (trainable, state.optimiser, average), batches
+        update, (trainable, state.optimiser, average), (batches, noise_keys)
     )
     model = eqx.combine(trainable, fixed)
     averaged = None if state.average is None else eqx.combine(average, fixed)
@@ -145,11 +151,21 @@ def train_epoch(
     return after, jax.tree.map(jnp.mean, records)
 
 
+def _youth(config: TrainingConfig, epoch: Count) -> Scalar:
+    """From 1 to 0 over the epochs of the curriculum."""
+    return jnp.maximum(0.0, 1 - (epoch + 1) / (config.curriculum_epochs + 1))
+
+
+def _num_updates(config: TrainingConfig) -> int:
+    """Of an epoch."""
+    return config.trajectories_per_epoch // config.batch_size
+
+
 def _batches(
     source: ExperienceSource, config: TrainingConfig, epoch: Count, *, key: Key
 ) -> Experience:
     """One epoch's transitions, [updates, batch, ...]."""
-    updates = config.trajectories_per_epoch // config.batch_size
+    updates = _num_updates(config)
     if isinstance(source, Experience):
         rows = jax.random.choice(key, len(source), (updates, config.batch_size))
         return jax.tree.map(lambda leaf: leaf[rows], source)

@@ -21,10 +21,12 @@ from motorspace.models.losses import (
     encode_all,
     encode_last_two,
     inverse_loss,
+    noisy,
     prediction_loss,
     slowness_loss,
 )
 from motorspace.training import fit, init, simulator
+from motorspace.training.fit import train_epoch
 
 SMALL = TrainingConfig(epochs=30, trajectories_per_epoch=512, batch_size=64, learning_rate=3e-3)
 SCALING = Scaling((1.0,), (1.0,))
@@ -140,6 +142,26 @@ def test_the_curriculum_grows_the_sequences_and_ends():
     assert longest == [1, 2, 3, 4, 4]
     final = draw(jax.random.key(0), jnp.array(4)).experience.num_steps
     assert (final == 4).all()
+
+
+def test_noise_is_relative_to_what_each_unit_of_the_code_varies():
+    wide, narrow = jax.random.normal(jax.random.key(0), (2, 20_000, 1))
+    codes = jnp.concatenate([5 * wide, 0.1 * narrow, jnp.ones_like(wide)], axis=1)
+    added = noisy(codes, jnp.array(0.3), key=jax.random.key(1)) - codes
+    np.testing.assert_allclose(added.std(axis=0), [1.5, 0.03, 0.0], rtol=0.03, atol=1e-4)
+    assert abs(np.corrcoef(added[:, 0], codes[:, 0])[0, 1]) < 0.03
+
+
+@pytest.mark.parametrize(("curriculum", "same"), [(1.0, False), (0.0, True)])
+def test_noise_on_the_code_ends_with_the_curriculum(curriculum, same):
+    experience = linear_experience(512)
+    plain = replace(SMALL, epochs=2, curriculum=curriculum)
+    losses = []
+    for config in (plain, replace(plain, code_noise=1.0)):
+        state = init(config, NETWORK, SCALING, horizon=3)
+        _, record = train_epoch(state, experience, config, NETWORK, key=jax.random.key(0))
+        losses.append(float(record.prediction_loss))
+    assert (losses[0] == losses[1]) is same
 
 
 def test_what_predicts_the_validation_data_best_is_kept():
