@@ -30,6 +30,7 @@ SUITES = [
     ("whole_table", 2, {}),
     ("sampling", 1, {}),
     ("demo", 2, {}),
+    ("report", 2, {}),
 ]
 
 
@@ -99,6 +100,7 @@ def suite_rows(launches: list[Launch], rejected: int) -> list[dict[str, Any]]:
                 for name in ("motorspace", peer)
             },
             "errors": {name: first.errors.get(name) for name in ("motorspace", peer)},
+            "peak GiB": median_and_range([run.peak_gib for run in launches]),
             "launches": len(launches),
             "rejected": rejected,
         }

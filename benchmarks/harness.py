@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -37,6 +38,8 @@ class Launch:
     """The first run, compilation included."""
     errors: dict[str, dict[str, float]]
     foreign_load: float
+    peak_gib: float = 0.0
+    """The most memory that the process held."""
 
     @property
     def counts(self) -> bool:
@@ -72,8 +75,10 @@ def watch_foreign_load() -> Callable[[], float]:
 
 
 def report(launch: Launch) -> None:
-    """Hand a launch to the process that started this one."""
-    Path(os.environ["BENCHMARK_OUT"]).write_text(json.dumps(asdict(launch)))
+    """Hand a launch, with the memory it took, to the process that started this one."""
+    peak_gib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+    told = asdict(launch) | {"peak_gib": peak_gib}
+    Path(os.environ["BENCHMARK_OUT"]).write_text(json.dumps(told))
 
 
 def best_seconds(run: Callable[[], object], seconds: float = 0.5) -> float:

@@ -97,6 +97,7 @@ def test_the_table_is_claimed_in_minutes():
 def test_shares_and_minutes_are_claimed_to_be_at_most_something(work, ours, measured, holds):
     even = lambda rate: dict.fromkeys(("median", "low", "high"), rate)  # noqa: E731
     row = {"work": work, "threads": 1, "peer": "another", "ours": even(ours)}
-    made = claims([row | {"theirs": even(1 / 60), "ratio": even(0.01)}])
+    row |= {"theirs": even(1 / 60), "ratio": even(0.01), "peak GiB": even(4.5)}
+    made = claims([row])
     assert [claim["measured"] for claim in made] == pytest.approx(measured)
     assert [claim["holds"] for claim in made] == holds

@@ -1,0 +1,33 @@
+"""A report on a hundred thousand codes of anybody's: time, and what it takes of memory."""
+
+import os
+import time
+
+import numpy as np
+
+import motorspace as ms
+from benchmarks import harness
+
+NUM, HORIZON, CODE_SIZE, GROUP = 100_000, 6, 50, 8
+
+
+def main() -> None:
+    """Every measure of random codes of the paper's size, beside a minute."""
+    rng = np.random.default_rng(0)
+    translation, turns = rng.normal(size=(NUM, 2)), rng.uniform(-np.pi, np.pi, (NUM, 1))
+    points = np.concatenate([translation, np.cos(turns), np.sin(turns)], axis=1)
+    codes = np.tanh(points @ rng.normal(size=(4, CODE_SIZE)))
+    displacements = np.concatenate([translation, turns], axis=1)
+    motors, groups = rng.normal(size=(NUM, HORIZON, 2)), np.arange(NUM) // GROUP
+    foreign_load, begun = harness.watch_foreign_load(), time.perf_counter()
+    ms.topology(codes, displacements, motors, groups)
+    seconds = time.perf_counter() - begun
+    rates = {"motorspace": [1 / seconds], "a minute": [1 / 60]}
+    first = {"motorspace": seconds, "a minute": 60.0}
+    threads = int(os.environ["BENCHMARK_THREADS"])
+    name = "a report on 100,000 codes"
+    harness.report(harness.Launch(name, "reports", threads, rates, first, {}, foreign_load()))
+
+
+if __name__ == "__main__":
+    main()
