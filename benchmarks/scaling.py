@@ -1,6 +1,7 @@
 """How our own time and memory grow: `python -m benchmarks.scaling`, on one thread but for cores."""
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -36,6 +37,7 @@ from motorspace.training.fit import train_epoch, train_epoch_together
 from motorspace.trajectories.sampling import CHUNK_SIZE, SamplingPlan, simulate
 from motorspace.worlds.layouts import random_rooms
 
+ONE_THREAD = "--xla_cpu_multi_thread_eigen=false"
 PICTURE = Path("docs/pictures/scaling.png")
 NUM_POSES = 16_384
 NUM_UPDATES = 4
@@ -60,6 +62,8 @@ def main() -> None:
     if asked := sys.argv[1:]:
         print(json.dumps(list(IN_CHILDREN[asked[0]]())))
         return
+    os.sched_setaffinity(0, {0})
+    os.environ["XLA_FLAGS"] = ONE_THREAD
     rows = [*by_walls(), *by_rays(), *by_agents(), *by_horizon(), *by_batch(), *by_units()]
     rows += [*by_cores(), *by_seeds()]
     described = {"command": "python -m benchmarks.scaling", "date": date.today().isoformat()}
@@ -117,15 +121,15 @@ def by_seeds() -> Iterator[dict[str, Any]]:
     yield from on_cores("seeds", CORES)
     for num in range(1, CORES + 1):
         rate = sum(side_by_side(["forward"] * num))
-        yield row("seeds, processes", num, 1 / rate, float("nan"))
+        yield row("seeds, processes", num, 1 / rate, None)
 
 
 def on_cores(what: str, cores: int) -> list[dict[str, Any]]:
     """What a process measures that may use so many cores."""
     chosen = ",".join(map(str, range(cores)))
-    eigen = "--xla_cpu_multi_thread_eigen=false" if cores == 1 else ""
+    flags = ONE_THREAD if cores == 1 else ""
     command = ["taskset", "-c", chosen, sys.executable, "-m", "benchmarks.scaling", what]
-    environment = os.environ | {"XLA_FLAGS": eigen, "OMP_NUM_THREADS": str(cores)}
+    environment = os.environ | {"XLA_FLAGS": flags, "OMP_NUM_THREADS": str(cores)}
     done = subprocess.run(command, env=environment, check=True, stdout=subprocess.PIPE)
     return list(json.loads(done.stdout))
 
@@ -191,7 +195,7 @@ def scans(what: str, value: int, world: WalledWorld, fan: RangeFan, num: int) ->
     return row(what, value, seconds / num, memory(sense) / num)
 
 
-def row(what: str, value: int, seconds: float, size: float) -> dict[str, Any]:
+def row(what: str, value: int, seconds: float, size: float | None) -> dict[str, Any]:
     return {"what": what, "value": value, "seconds": seconds, "bytes": size}
 
 
@@ -214,7 +218,7 @@ def draw(rows: list[dict[str, Any]]) -> Figure:
             values = [r["value"] for r in curve]
             style = {"marker": "o", "label": name.partition(", ")[2] or "motorspace"}
             times.loglog(values, [1e6 * r["seconds"] for r in curve], **style)
-            sizes.loglog(values, [r["bytes"] for r in curve], **style)
+            sizes.loglog(values, [r["bytes"] or math.nan for r in curve], **style)
         times.set_ylabel(f"microseconds a\n{item}")
         sizes.set_ylabel(f"bytes a\n{item}")
         sizes.set_xlabel(what)
