@@ -49,6 +49,7 @@ ABLATION: dict[str, Changes] = {
     "smaller code": {"model": {"code_size": 10}},
     "inverse model": {"model": {"inverse_weight": 0.04}},
     "slowness": {"model": {"slowness_weight": 0.04}},
+    "composition": {"model": {"composition_weight": 0.1}},
     "gru": {"model": {"encoder": "gru"}},
     "linear recurrence": {"model": {"encoder": "linear"}},
     "attention": {"model": {"encoder": "attention"}},

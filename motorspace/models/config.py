@@ -25,6 +25,9 @@ class ModelConfig:
     """Weight of the inverse model's loss; 0 leaves it out."""
     slowness_weight: float = 0.0
     """Weight of the slowness of the code, which the paper does not have; 0 leaves it out."""
+    composition_weight: float = 0.0
+    """Weight of telling the code of a sequence from those of its halves, which the paper does not
+    have; 0 leaves it out."""
     train_encoder: bool = True
     """False leaves the encoder at its initial weights: a reference for what training adds."""
     motor_scaling: Literal["raw", "maximum"] = "raw"

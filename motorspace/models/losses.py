@@ -47,6 +47,25 @@ def slowness_loss(codes: Codes, earlier: Codes) -> Scalar:
     return jnp.mean(jnp.sum((codes - earlier) ** 2, axis=1)) / spread(codes)
 
 
+def composition_loss(model: Model, batch: Experience, codes: Codes) -> Scalar:
+    """Mean squared distance of the code from what the codes of both halves make of it.
+
+    mean || h(a b) - C(h(a), h(b)) ||^2, relative to the codes' `spread`, over the sequences of at
+    least two commands.
+    """
+    if model.composition is None:
+        return jnp.zeros(())
+    num_first = (batch.num_steps + 1) // 2
+    num_second = jnp.maximum(1, batch.num_steps - num_first)
+    encode = jax.vmap(model.encode)
+    later = jax.vmap(lambda motors, num: jnp.roll(motors, -num, axis=0))(batch.motors, num_first)
+    composed = jax.vmap(model.composition)(
+        encode(batch.motors, num_first), encode(later, num_second)
+    )
+    errors = jnp.sum((codes - composed) ** 2, axis=1)
+    return jnp.mean(jnp.where(batch.num_steps > 1, errors, 0.0)) / spread(codes)
+
+
 def noisy(codes: Codes, amount: Scalar, *, key: Key) -> Codes:
     """The codes with Gaussian noise of `amount` times each unit's standard deviation.
 

@@ -68,6 +68,18 @@ class InverseModel(eqx.Module):
         return self.mlp(jnp.concatenate([sensors, later_sensors]))
 
 
+class CompositionModel(eqx.Module):
+    """From the codes of two sequences to that of both in a row, C(h(a), h(b)): not in the paper."""
+
+    mlp: eqx.nn.MLP
+
+    def __init__(self, code_size: int, width_size: int, *, key: Key) -> None:
+        self.mlp = eqx.nn.MLP(2 * code_size, code_size, width_size, 1, jax.nn.relu, key=key)
+
+    def __call__(self, first: Code, second: Code) -> Code:
+        return self.mlp(jnp.concatenate([first, second]))
+
+
 class Model(eqx.Module):
     """The paper's system (figure 1). Methods take one element in raw units; use `vmap`."""
 
@@ -75,6 +87,7 @@ class Model(eqx.Module):
     predictor: SensorPredictor
     inverse: InverseModel | None
     scaling: Scaling
+    composition: CompositionModel | None = None
 
     def encode(self, motors: Motors, num_steps: Count) -> Code:
         """The code h^m of a motor sequence."""
@@ -114,7 +127,11 @@ def build_model(config: ModelConfig, scaling: Scaling, *, horizon: int, key: Key
     sizes = (sensor_size, code_size, config.width_size, config.depth)
     predictor = SensorPredictor(*sizes, key=predictor_key)
     inverse = InverseModel(*sizes, key=inverse_key) if config.inverse_weight > 0 else None
-    model = Model(encoder, predictor, inverse, scaling)
+    composition = None
+    if config.composition_weight > 0:
+        composition_key = jax.random.fold_in(key, 3)
+        composition = CompositionModel(code_size, config.width_size, key=composition_key)
+    model = Model(encoder, predictor, inverse, scaling, composition)
     if config.initial_weights == "uniform":
         return model
     return _reinitialised(model, wide=config.initial_weights == "wide", key=key)

@@ -14,6 +14,7 @@ from motorspace._types import Count, Key, Keys, Record, Scalar
 from motorspace.models import Model, ModelConfig, Scaling, build_model
 from motorspace.models.losses import (
     code_variance,
+    composition_loss,
     encode_all,
     encode_last_two,
     inverse_loss,
@@ -130,6 +131,7 @@ def train_epoch(
         total = prediction + model_config.inverse_weight * inverse
         if slow:
             total += model_config.slowness_weight * slowness_loss(codes, earlier)
+        total += model_config.composition_weight * composition_loss(model, batch, codes)
         return total, record
 
     def update(carry: Carry, given: tuple[Experience, Key]) -> tuple[Carry, EpochRecord]:

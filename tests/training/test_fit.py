@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -18,12 +19,14 @@ from motorspace import (
 from motorspace.models import Scaling, build_model
 from motorspace.models.losses import (
     code_variance,
+    composition_loss,
     encode_all,
     encode_last_two,
     inverse_loss,
     noisy,
     prediction_loss,
     slowness_loss,
+    spread,
 )
 from motorspace.training import fit, init, simulator
 from motorspace.training.fit import train_epoch
@@ -117,6 +120,33 @@ def test_slowness_prefers_slow_features_and_more_than_one():
     np.testing.assert_allclose(slow["both places"], 1 / 6 * 2**-0.35, rtol=0.1)
     scaled = slowness_loss(3 * both(places[:, 5]), 3 * both(places[:, 4]))
     np.testing.assert_allclose(scaled, slow["both places"], rtol=1e-3)
+
+
+@pytest.mark.parametrize("encoder", ["lstm", "attention", "group"])
+def test_composition_is_judged_by_the_halves_of_a_sequence_and_one_command_has_none(encoder):
+    network = replace(NETWORK, encoder=encoder, code_size=6, composition_weight=1.0)
+    model = build_model(network, SCALING, horizon=3, key=jax.random.key(0))
+    given = linear_experience(64)
+    codes = encode_all(model, given)
+    loss = composition_loss(model, given, codes)
+    assert 0 < float(loss) < np.inf
+    first, second = (
+        jax.vmap(model.encode)(motors, jnp.full(64, num))
+        for motors, num in ((given.motors, 2), (given.motors[:, 2:], 1))
+    )
+    by_hand = jnp.sum((codes - jax.vmap(model.composition)(first, second)) ** 2, axis=1).mean()
+    assert loss == pytest.approx(float(by_hand / spread(codes)), rel=1e-4)
+    alone = replace_steps(given, 1)
+    assert composition_loss(model, alone, encode_all(model, alone)) == 0.0
+    slope = eqx.filter_jit(
+        eqx.filter_grad(lambda m: composition_loss(m, alone, encode_all(m, alone)))
+    )
+    assert all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(slope(model)))
+
+
+def replace_steps(experience: Experience, num: int) -> Experience:
+    steps = jnp.full(len(experience), num)
+    return eqx.tree_at(lambda e: e.num_steps, experience, steps)
 
 
 @pytest.mark.parametrize("encoder", ["lstm", "gru", "sum", "mlp"])
