@@ -133,10 +133,18 @@ def claims(files: Mapping[str, Row], reasons: Mapping[str, str]) -> list[Row]:
 
 
 def judged(found: Sequence[Row], file: Row, reasons: Mapping[str, str]) -> list[Row]:
-    """The claims found in a file with its command and date, and why those fail that do."""
+    """The claims found in a file with its command and date, and why those fail that do.
+
+    A claim is "CELL: WHAT"; `reasons` names it whole, or WHAT alone for all cells.
+    """
+
+    def told(claim: str) -> dict[str, str]:
+        of_all = reasons.get(claim.rpartition(": ")[2], "not known")
+        return {"reason": reasons.get(claim, of_all)}
+
     return [
         claim
-        | ({} if claim["holds"] else {"reason": reasons.get(claim["claim"], "not known")})
+        | ({} if claim["holds"] else told(claim["claim"]))
         | {"command": file["command"], "date": file["date"]}
         for claim in found
     ]

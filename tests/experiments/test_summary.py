@@ -57,6 +57,15 @@ def test_a_claim_holds_only_when_its_whole_interval_does(rows):
     assert plateau["measured"] == 0.5 and plateau["holds"] and "reason" not in plateau
 
 
+@pytest.mark.parametrize(
+    "known", ["error over its oracle's", "forward, r = 0.8 pi: error over its oracle's"]
+)
+def test_a_reason_is_given_for_one_cell_or_for_all(rows, known):
+    file = {"command": "c", "date": "d", "rows": rows}
+    to_oracle, _ = summary.claims({"table": file}, {known: "too few epochs", "other": "no"})
+    assert to_oracle["reason"] == "too few epochs"
+
+
 def test_the_documents_show_what_the_results_say():
     done = subprocess.run(
         [sys.executable, "-m", "docs.tables", "--check"],
