@@ -38,7 +38,7 @@ def organisation_figure(rows: Sequence[Row]) -> Figure:
         axes.set(title=title, xlabel="largest rotation, units of pi")
         if logarithmic:
             axes.set_yscale("log")
-    figure.axes[0].legend()
+    figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure
 
 
