@@ -92,6 +92,7 @@ def test_the_table_is_claimed_in_minutes():
     [
         ("an epoch of the paper", 1.0, [0.01], [True]),
         ("make demo", 1 / 120, [2.0, 1.0], [True] * 2),
+        ("a report on 100,000 codes", 1 / 30, [0.5, 4.5], [True, False]),
     ],
 )
 def test_shares_and_minutes_are_claimed_to_be_at_most_something(work, ours, measured, holds):

@@ -1,6 +1,6 @@
 """From the results of runs to the rows of tables, and to targets that hold or do not."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from statistics import fmean
 from typing import Any
 
@@ -12,35 +12,31 @@ Maker = Callable[[Sequence[Row]], list[Row]]
 
 def gathered(results: Sequence[Row], budget: paper.Budget) -> dict[str, Row]:
     """What each of the paper's experiments has shown so far; see `gather`."""
-    makers: dict[paper.Experiment, Maker] = {
-        "table": table_rows,
-        "lattice": lattice_rows,
-        "points": point_rows,
-    }
-    return {
-        name: file
-        for name, rows in makers.items()
-        for file in gather(results, name, rows, experiment=name, budget=budget)
-    }
+    makers = {"table": table_rows, "lattice": lattice_rows, "points": point_rows}
+    return gather(results, makers, budget)
 
 
 def gather(
     results: Sequence[Row],
-    name: str,
-    rows: Maker,
-    *,
-    experiment: paper.Experiment,
+    makers: Mapping[str, Maker],
     budget: paper.Budget,
-) -> Iterator[Row]:
-    """{"command", "date", "rows"} of the runs in folder `name`, where there are some.
+    *,
+    experiment: paper.Experiment | None = None,
+) -> dict[str, Row]:
+    """{"command", "date", "rows"} for each folder of `makers` in which there are runs.
 
-    The date is that of the newest run, the seeds are as many as the cell with most has.
+    The date is that of the newest run, the seeds are as many as the cell with most has. The
+    command is that of the `experiment`, or of the one that a folder is named after.
     """
-    runs = [r for r in results if r["name"].startswith(f"{name}/")]
-    if runs:
-        seeds = 1 + max(r["seed"] for r in runs)
-        command = f"motorspace reproduce {experiment} --budget {budget} --seeds {seeds}"
-        yield {"command": command, "date": max(r["date"] for r in runs), "rows": rows(runs)}
+    files = {}
+    for name, rows in makers.items():
+        runs = [r for r in results if r["name"].startswith(f"{name}/")]
+        if runs:
+            seeds = 1 + max(r["seed"] for r in runs)
+            command = f"motorspace reproduce {experiment or name} --budget {budget} --seeds {seeds}"
+            date = max(r["date"] for r in runs)
+            files[name] = {"command": command, "date": date, "rows": rows(runs)}
+    return files
 
 
 def table_rows(results: Sequence[Row]) -> list[Row]:

@@ -27,11 +27,7 @@ def gathered(results: Sequence[Row], budget: paper.Budget) -> dict[str, Row]:
         "closing": closing_rows,
         "folding": folding_rows,
     }
-    return {
-        name: file
-        for name, rows in makers.items()
-        for file in gather(results, name, rows, experiment="topology", budget=budget)
-    }
+    return gather(results, makers, budget, experiment="topology")
 
 
 def topology_rows(results: Sequence[Row]) -> list[Row]:
