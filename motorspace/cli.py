@@ -338,7 +338,3 @@ def main(argv: Sequence[str] | None = None) -> None:
         sys.exit(130)
     except BrokenPipeError:
         os.close(sys.stdout.fileno())
-
-
-if __name__ == "__main__":
-    main()

@@ -14,29 +14,21 @@ import pytest
 from motorspace import load_run
 from motorspace.cli import MOST_CACHED, main
 from motorspace.experiments import reproduction
+from tests.tiny import flags
 
 ROOT = Path(__file__).parents[1]
-TINY = [
-    "--epochs",
-    "2",
-    "--trajectories-per-epoch",
-    "64",
-    "--batch-size",
-    "32",
-    "--layout",
-    "empty",
-]
+TINY = flags()
 
 
 def test_train_evaluate_and_resume(tmp_path, capsys):
     folder = str(tmp_path / "run")
-    main(["train", "forward", *TINY, "--horizon", "2", "--out", folder])
+    main(["train", "forward", *TINY, "--out", folder])
     assert "finished" in capsys.readouterr().out
     main(["evaluate", folder, "--num", "500", "--json"])
     measured = json.loads(capsys.readouterr().out)
     assert measured["errors"]["num_trajectories"] == 500
     assert measured["errors"]["model"] > 0
-    main(["train", "forward", *TINY, "--horizon", "2", "--out", folder, "--resume"])
+    main(["train", "forward", *TINY, "--out", folder, "--resume"])
     described = json.loads((tmp_path / "run" / "config.json").read_text())
     assert described["config"]["simulation"]["horizon"] == 2
 
@@ -63,7 +55,7 @@ def test_the_topology_of_a_run_and_of_anybodys_codes(tmp_path, capsys):
 
 def test_several_seeds_are_trained_side_by_side(tmp_path, capsys):
     out = tmp_path / "runs"
-    main(["train", "forward", *TINY, "--horizon", "1", "--seeds", "2", "--out", str(out)])
+    main(["train", "forward", *TINY, "--seeds", "2", "--out", str(out)])
     first, second = (load_run(out / f"seed{seed}") for seed in (0, 1))
     assert capsys.readouterr().out.count("finished") == 2
     assert second.config.training.seed == 1
@@ -72,7 +64,7 @@ def test_several_seeds_are_trained_side_by_side(tmp_path, capsys):
 
 def test_several_seeds_are_one_program_where_the_device_is_no_cpu(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("jax.default_backend", lambda: "gpu")
-    command = ["train", "forward", *TINY, "--horizon", "1", "--seeds", "2", "--out", str(tmp_path)]
+    command = ["train", "forward", *TINY, "--seeds", "2", "--out", str(tmp_path)]
     monkeypatch.setattr(reproduction, "_pool", lambda _: pytest.fail("a process was started"))
     main(command)
     assert capsys.readouterr().out.count("finished") == 2
@@ -155,7 +147,7 @@ def test_a_device_that_is_missing_is_told_with_those_there_are(device):
     if device == "cuda" and jax.default_backend() == "gpu":
         pytest.skip("this machine has one")
     done = subprocess.run(
-        [sys.executable, "-m", "motorspace.cli", "train", "lattice"],
+        [sys.executable, "-m", "motorspace", "train", "lattice"],
         env=os.environ | {"JAX_PLATFORMS": device},
         capture_output=True,
         text=True,

@@ -10,15 +10,10 @@ from dataclasses import replace
 
 import pytest
 
-from motorspace import ModelConfig, RunConfig, SimulationConfig, TrainingConfig, UserError
+from motorspace import UserError
 from motorspace._files import locked
 from motorspace.experiments import paper, reproduction
-
-TINY = RunConfig(
-    SimulationConfig(agent="forward", horizon=2, layout="empty"),
-    ModelConfig(hidden_size=8, code_size=4, width_size=8, depth=1),
-    TrainingConfig(epochs=2, trajectories_per_epoch=64, batch_size=32),
-)
+from tests.tiny import TINY
 
 
 def test_the_table_has_twelve_cells_and_a_budget_is_a_share_of_the_epochs():
@@ -72,7 +67,7 @@ def test_results_that_are_broken_or_of_another_version_are_named(tmp_path, writt
 
 def test_workers_end_with_the_command_that_started_them(tmp_path):
     arguments = ["train", "forward", "--layout", "empty", "--epochs", "1000000", "--seeds", "2"]
-    command = [sys.executable, "-m", "motorspace.cli", *arguments, "--out", str(tmp_path)]
+    command = [sys.executable, "-m", "motorspace", *arguments, "--out", str(tmp_path)]
     started = subprocess.Popen(command, stderr=subprocess.DEVNULL)
     try:
         wait_until(lambda: (tmp_path / "seed0" / "config.json").exists(), seconds=120)

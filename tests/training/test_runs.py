@@ -13,10 +13,7 @@ import numpy as np
 import pytest
 
 from motorspace import (
-    ModelConfig,
     RunConfig,
-    SimulationConfig,
-    TrainingConfig,
     UserError,
     fresh_experience,
     load_run,
@@ -24,25 +21,20 @@ from motorspace import (
     train,
 )
 from motorspace.training import runs
-
-CONFIG = RunConfig(
-    SimulationConfig(layout="empty", horizon=2),
-    ModelConfig(hidden_size=8, code_size=3, width_size=8, depth=1),
-    TrainingConfig(epochs=6, trajectories_per_epoch=64, batch_size=32),
-)
+from tests.tiny import TINY
 
 
-def trained(folder: Path, config: RunConfig = CONFIG, **options: object) -> runs.Run:
+def trained(folder: Path, config: RunConfig = TINY, **options: object) -> runs.Run:
     return train(config, fresh_experience(config), simulation_scaling(config), folder, **options)
 
 
 def test_a_finished_run_is_read_back_as_it_was(tmp_path):
     run = trained(tmp_path)
     again = load_run(tmp_path)
-    assert again.config == CONFIG
+    assert again.config == TINY
     motors = np.ones((5, 2, 2), np.float32)
     np.testing.assert_array_equal(run.encode(motors), again.encode(motors))
-    assert [record["epoch"] for record in again.log] == [1, 2, 3, 4, 5, 6]
+    assert [record["epoch"] for record in again.log] == list(range(1, 121))
 
 
 def test_a_stopped_run_resumes_to_the_same_bytes(tmp_path):
@@ -61,12 +53,10 @@ def test_a_stopped_run_resumes_to_the_same_bytes(tmp_path):
 SCRIPT = """
 import sys
 from pathlib import Path
-from tests.training.test_runs import CONFIG, trained
+from tests.training.test_runs import trained
 from motorspace.training import runs
-from dataclasses import replace
 runs.CHECKPOINT_SECONDS = 0.0
-long = replace(CONFIG, training=replace(CONFIG.training, epochs=120))
-trained(Path(sys.argv[1]), long, resume=True)
+trained(Path(sys.argv[1]), resume=True)
 """
 
 
@@ -87,8 +77,7 @@ def test_a_killed_run_resumes_to_the_same_bytes(tmp_path):
         assert process.wait() == -signal.SIGKILL
     (parted / "weights.safetensors.1.part").write_bytes(b"half of it")
     subprocess.run(command, env=environment, cwd=root, check=True)
-    long = replace(CONFIG, training=replace(CONFIG.training, epochs=120))
-    trained(whole, long)
+    trained(whole)
     for name in ("weights.safetensors", "log.jsonl"):
         assert (parted / name).read_bytes() == (whole / name).read_bytes()
     assert not list(parted.glob("*.part"))
@@ -107,18 +96,18 @@ def test_a_folder_that_holds_a_run_is_not_overwritten(tmp_path):
     before = (tmp_path / "weights.safetensors").read_bytes()
     with pytest.raises(UserError, match="already holds a run; continue it with --resume"):
         trained(tmp_path)
-    other = replace(CONFIG, training=replace(CONFIG.training, seed=7))
+    other = replace(TINY, training=replace(TINY.training, seed=7))
     with pytest.raises(UserError, match=r"another configuration \(different: seed\)"):
         trained(tmp_path, other, resume=True)
     assert (tmp_path / "weights.safetensors").read_bytes() == before
 
 
-SEEDS = [replace(CONFIG, training=replace(CONFIG.training, seed=seed)) for seed in (0, 5)]
+SEEDS = [replace(TINY, training=replace(TINY.training, seed=seed)) for seed in (0, 5)]
 
 
 def test_seeds_in_one_program_are_trained_as_each_alone_would_be(tmp_path):
     folders = [tmp_path / "first", tmp_path / "second"]
-    source, scaling = fresh_experience(CONFIG), simulation_scaling(CONFIG)
+    source, scaling = fresh_experience(TINY), simulation_scaling(TINY)
     together = runs.train_together(SEEDS, source, scaling, folders)
     motors = np.ones((5, 2, 2), np.float32)
     for config, folder, run in zip(SEEDS, folders, together, strict=True):
@@ -134,7 +123,7 @@ def test_in_one_program_a_seed_that_is_behind_catches_up(tmp_path):
         if record["epoch"] == 4:
             raise KeyboardInterrupt
 
-    source, scaling = fresh_experience(CONFIG), simulation_scaling(CONFIG)
+    source, scaling = fresh_experience(TINY), simulation_scaling(TINY)
     whole = [tmp_path / "whole" / name for name in "ab"]
     parted = [tmp_path / "parted" / name for name in "ab"]
     runs.train_together(SEEDS, source, scaling, whole)
@@ -143,12 +132,12 @@ def test_in_one_program_a_seed_that_is_behind_catches_up(tmp_path):
     runs.train_together(SEEDS, source, scaling, parted, resume=True)
     for one, other in zip(whole, parted, strict=True):
         ours, theirs = load_run(one), load_run(other)
-        assert [record["epoch"] for record in theirs.log] == [1, 2, 3, 4, 5, 6]
+        assert [record["epoch"] for record in theirs.log] == list(range(1, 121))
         assert theirs.log[-1] == pytest.approx(ours.log[-1], rel=1e-4)
 
 
 def test_a_loss_that_is_not_finite_stops_all_seeds_and_keeps_what_was_good(tmp_path):
-    source, scaling = fresh_experience(CONFIG), simulation_scaling(CONFIG)
+    source, scaling = fresh_experience(TINY), simulation_scaling(TINY)
     broken = [
         replace(config, training=replace(config.training, learning_rate=1e30)) for config in SEEDS
     ]

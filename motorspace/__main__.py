@@ -1,0 +1,5 @@
+"""`python -m motorspace`, as `motorspace`."""
+
+from motorspace.cli import main
+
+main()
