@@ -6,20 +6,21 @@ import tempfile
 import time
 from pathlib import Path
 
-from benchmarks.harness import Launch, report, watch_foreign_load
+from benchmarks.harness import report_once
 
 
 def main() -> None:
-    """Clone and run twice, the second time with what the first has downloaded and compiled."""
-    foreign_load = watch_foreign_load()
+    report_once("make demo", "demos", twice)
+
+
+def twice() -> dict[str, float]:
+    """Seconds of a clone's demo, then of another's that finds what the first downloaded and
+    compiled."""
     with tempfile.TemporaryDirectory() as folder:
         # pip and the compiler both keep their caches below this folder.
         environment = os.environ | {"XDG_CACHE_HOME": f"{folder}/caches"}
         cold, warm = (demo_seconds(Path(folder) / name, environment) for name in ("cold", "warm"))
-    rates = {"motorspace": [1 / cold], "caches warm": [1 / warm]}
-    first = {"motorspace": cold, "caches warm": warm}
-    threads = int(os.environ["BENCHMARK_THREADS"])
-    report(Launch("make demo", "demos", threads, rates, first, {}, foreign_load()))
+    return {"motorspace": cold, "caches warm": warm}
 
 
 def demo_seconds(clone: Path, environment: dict[str, str]) -> float:

@@ -81,6 +81,15 @@ def report(launch: Launch) -> None:
     Path(os.environ["BENCHMARK_OUT"]).write_text(json.dumps(told))
 
 
+def report_once(suite: str, unit: str, run: Callable[[], dict[str, float]]) -> None:
+    """Report work that is too long for turns: `run` does it and tells each contender's seconds."""
+    foreign_load = watch_foreign_load()
+    seconds = run()
+    rates = {name: [1 / taken] for name, taken in seconds.items()}
+    threads = int(os.environ["BENCHMARK_THREADS"])
+    report(Launch(suite, unit, threads, rates, seconds, {}, foreign_load()))
+
+
 def best_seconds(run: Callable[[], object], seconds: float = 0.5) -> float:
     """Of all the runs that fit into `seconds`, what the fastest took."""
     best, until = float("inf"), time.perf_counter() + seconds

@@ -1,12 +1,11 @@
 """A report on a hundred thousand codes of anybody's: time, and what it takes of memory."""
 
-import os
 import time
 
 import numpy as np
 
 import motorspace as ms
-from benchmarks import harness
+from benchmarks.harness import report_once
 
 NUM, HORIZON, CODE_SIZE, GROUP = 100_000, 6, 50, 8
 
@@ -19,14 +18,13 @@ def main() -> None:
     codes = np.tanh(points @ rng.normal(size=(4, CODE_SIZE)))
     displacements = np.concatenate([translation, turns], axis=1)
     motors, groups = rng.normal(size=(NUM, HORIZON, 2)), np.arange(NUM) // GROUP
-    foreign_load, begun = harness.watch_foreign_load(), time.perf_counter()
-    ms.topology(codes, displacements, motors, groups)
-    seconds = time.perf_counter() - begun
-    rates = {"motorspace": [1 / seconds], "a minute": [1 / 60]}
-    first = {"motorspace": seconds, "a minute": 60.0}
-    threads = int(os.environ["BENCHMARK_THREADS"])
-    name = "a report on 100,000 codes"
-    harness.report(harness.Launch(name, "reports", threads, rates, first, {}, foreign_load()))
+
+    def measured() -> dict[str, float]:
+        begun = time.perf_counter()
+        ms.topology(codes, displacements, motors, groups)
+        return {"motorspace": time.perf_counter() - begun, "a minute": 60.0}
+
+    report_once("a report on 100,000 codes", "reports", measured)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """The harness measures what it says; the peers themselves are tried by `make bench`."""
 
+import json
 import time
 from dataclasses import replace
 
@@ -9,7 +10,7 @@ import pytest
 
 from benchmarks import scaling
 from benchmarks.claims import claims
-from benchmarks.harness import Contender, Launch, take_turns
+from benchmarks.harness import Contender, Launch, report_once, take_turns
 from benchmarks.sensing import FAN, LAYOUT, MAX_RANGE, exact_ranges
 from motorspace import Pose, RangeFan, layout
 from motorspace.experiments.paper import FORWARD
@@ -33,6 +34,15 @@ def test_contenders_take_turns_and_rates_are_runs_per_second():
     assert len(rates["slow"]) == len(rates["fast"]) == 2
     assert max(rates["slow"]) <= 50 and max(rates["fast"]) <= 500
     assert first["slow"] >= 0.02 and foreign >= 0
+
+
+def test_long_work_is_reported_by_its_seconds(tmp_path, monkeypatch):
+    monkeypatch.setenv("BENCHMARK_OUT", str(tmp_path / "launch.json"))
+    monkeypatch.setenv("BENCHMARK_THREADS", "2")
+    report_once("long work", "times", lambda: {"motorspace": 2.0, "peer": 4.0})
+    launch = Launch(**json.loads((tmp_path / "launch.json").read_text()))
+    assert launch.rates == {"motorspace": [0.5], "peer": [0.25]}
+    assert launch.threads == 2 and launch.peak_gib > 0
 
 
 @pytest.mark.parametrize(("load", "counts"), [(0.05, True), (0.5, False)])
