@@ -28,6 +28,9 @@ class ModelConfig:
     composition_weight: float = 0.0
     """Weight of telling the code of a sequence from those of its halves, which the paper does not
     have; 0 leaves it out."""
+    volume_weight: float = 0.0
+    """Weight of commands that keep volumes, of the encoder group alone; it sets in as the
+    curriculum ends. The paper does not have it; 0 leaves it out."""
     train_encoder: bool = True
     """False leaves the encoder at its initial weights: a reference for what training adds."""
     motor_scaling: Literal["raw", "maximum"] = "raw"

@@ -5,6 +5,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from motorspace._types import Key, Scalar
+from motorspace.models.encoder import GroupEncoder
 from motorspace.models.model import Model
 from motorspace.trajectories import Experience
 
@@ -64,6 +65,20 @@ def composition_loss(model: Model, batch: Experience, codes: Codes) -> Scalar:
     )
     errors = jnp.sum((codes - composed) ** 2, axis=1)
     return jnp.mean(jnp.where(batch.num_steps > 1, errors, 0.0)) / spread(codes)
+
+
+def volume_loss(model: Model, batch: Experience) -> Scalar:
+    """Mean squared deviation from 1 of the factors by which the commands scale volumes.
+
+    mean (det A(m) - 1)^2, A without its translation: small growth with each command adds up over
+    many of them. Encoders without such matrices have none.
+    """
+    if not isinstance(model.encoder, GroupEncoder):
+        return jnp.zeros(())
+    volumes = jax.vmap(jax.vmap(model.encoder.volume))(
+        batch.motors / jnp.array(model.scaling.motors)
+    )
+    return jnp.mean((volumes - 1) ** 2)
 
 
 def noisy(codes: Codes, amount: Scalar, *, key: Key) -> Codes:

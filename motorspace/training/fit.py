@@ -21,6 +21,7 @@ from motorspace.models.losses import (
     noisy,
     prediction_loss,
     slowness_loss,
+    volume_loss,
 )
 from motorspace.training.config import TrainingConfig
 from motorspace.trajectories import Experience, ExperienceSource
@@ -111,17 +112,18 @@ def train_epoch(
     adam, slow = optimiser(config), model_config.slowness_weight > 0
     batches = _batches(source, config, state.epoch, key=epoch_key)
     noise_keys = jax.random.split(jax.random.fold_in(epoch_key, 1), _num_updates(config))
-    noise = config.code_noise * _youth(config, state.epoch)
+    youth = _youth(config, state.epoch)
+    noise = config.code_noise * youth
     trainable, fixed = eqx.partition(state.model, eqx.is_inexact_array)
 
     def loss(trainable: Model, batch: Experience, key: Key) -> tuple[Scalar, EpochRecord]:
         model = eqx.combine(trainable, fixed)
+        if not model_config.train_encoder:
+            model = _with_fixed_encoder(model)
         if slow:
             codes, earlier = encode_last_two(model, batch)
         else:
             codes = earlier = encode_all(model, batch)
-        if not model_config.train_encoder:
-            codes, earlier = jax.lax.stop_gradient((codes, earlier))
         seen = codes
         if config.code_noise > 0:
             seen = noisy(codes, noise, key=key)
@@ -131,6 +133,9 @@ def train_epoch(
         total = prediction + model_config.inverse_weight * inverse
         if slow:
             total += model_config.slowness_weight * slowness_loss(codes, earlier)
+        if model_config.volume_weight > 0:
+            # What folds is decided while sequences are short; kept volumes would hinder that.
+            total += model_config.volume_weight * (1 - youth) * volume_loss(model, batch)
         total += model_config.composition_weight * composition_loss(model, batch, codes)
         return total, record
 
@@ -151,6 +156,12 @@ def train_epoch(
     averaged = None if state.average is None else eqx.combine(average, fixed)
     after = TrainState(model, moments, state.epoch + 1, averaged, state.best, state.best_error)
     return after, jax.tree.map(jnp.mean, records)
+
+
+def _with_fixed_encoder(model: Model) -> Model:
+    stop = jax.lax.stop_gradient
+    encoder = jax.tree.map(lambda x: stop(x) if eqx.is_inexact_array(x) else x, model.encoder)
+    return eqx.tree_at(lambda m: m.encoder, model, encoder)
 
 
 def _youth(config: TrainingConfig, epoch: Count) -> Scalar:

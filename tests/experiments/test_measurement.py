@@ -39,11 +39,11 @@ class Laid(AbstractMotorEncoder):
 class Walker(SensorPredictor):
     """A predictor that walks the sequence, and may turn once too often."""
 
-    wrong_turn: bool
+    wrong_turn: jax.Array
 
     def __init__(self, wrong_turn):
         self.mlp = eqx.nn.MLP(1, 1, 1, 1, key=jax.random.key(0))
-        self.wrong_turn = wrong_turn
+        self.wrong_turn = jnp.array(wrong_turn)
 
     def __call__(self, sensors, code):
         node, quarter = sensors[:-4].argmax(), sensors[-4:].argmax()

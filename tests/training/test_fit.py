@@ -27,6 +27,7 @@ from motorspace.models.losses import (
     prediction_loss,
     slowness_loss,
     spread,
+    volume_loss,
 )
 from motorspace.training import fit, init, simulator
 from motorspace.training.fit import train_epoch
@@ -65,7 +66,8 @@ def test_a_model_without_motors_cannot_beat_the_spread_of_the_displacement():
 
 
 def test_an_untrained_encoder_stays_as_it_was():
-    network = replace(NETWORK, train_encoder=False)
+    other_losses = {"composition_weight": 1.0, "volume_weight": 1.0}
+    network = replace(NETWORK, encoder="group", code_size=6, train_encoder=False, **other_losses)
     config = replace(SMALL, epochs=2)
     state = init(config, network, SCALING, horizon=3)
     trained = fit(config, network, state, linear_experience(512)).model
@@ -142,6 +144,25 @@ def test_composition_is_judged_by_the_halves_of_a_sequence_and_one_command_has_n
         eqx.filter_grad(lambda m: composition_loss(m, alone, encode_all(m, alone)))
     )
     assert all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(slope(model)))
+
+
+def test_commands_are_made_to_keep_volumes_once_the_curriculum_is_over():
+    experience = linear_experience(512)
+    network = replace(NETWORK, encoder="group", code_size=6, volume_weight=1.0)
+    lost = []
+    for curriculum in (1.0, 0.0):
+        config = replace(SMALL, epochs=8, curriculum=curriculum)
+        state = init(config, network, SCALING, horizon=3)
+        model = fit(config, network, state, experience).model
+        lost.append(float(volume_loss(model, experience)))
+    assert lost[1] < lost[0]
+    assert lost[1] < 0.2 * volume_loss(state.model, experience)
+    encoder = model.encoder
+    volumes = jax.vmap(encoder.volume)(experience.motors[:, 0])
+    matrices = [encoder._matrix(encoder.transition, motor) for motor in experience.motors[:3, 0]]
+    np.testing.assert_allclose(volumes[:3], np.linalg.det(np.stack(matrices)), rtol=1e-3)
+    lstm = build_model(NETWORK, SCALING, horizon=3, key=jax.random.key(0))
+    assert volume_loss(lstm, experience) == 0.0
 
 
 def replace_steps(experience: Experience, num: int) -> Experience:
