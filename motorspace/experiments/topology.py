@@ -34,7 +34,7 @@ from motorspace.training.fit import TrainState, fit, init
 Changes = dict[str, dict[str, Any]]
 
 BEST: Changes = {
-    "model": {"encoder": "group", "hidden_size": 64, "code_size": 6},
+    "model": {"encoder": "group", "hidden_size": 64, "code_size": 6, "volume_weight": 1.0},
     "training": {"learning_rate": 3e-3, "code_noise": 0.3},
 }
 """What the preset `best` changes in the paper's system."""
@@ -54,6 +54,7 @@ ABLATION: dict[str, Changes] = {
     "linear recurrence": {"model": {"encoder": "linear"}},
     "attention": {"model": {"encoder": "attention"}},
     "group, no noise": BEST | SMALLER_STEP,
+    "group, volumes free": BEST | {"model": {**BEST["model"], "volume_weight": 0.0}},
     "group of 6 x 6": BEST | {"model": {**BEST["model"], "code_size": 30}},
     "group": BEST,
 }

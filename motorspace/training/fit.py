@@ -134,8 +134,9 @@ def train_epoch(
         if slow:
             total += model_config.slowness_weight * slowness_loss(codes, earlier)
         if model_config.volume_weight > 0:
-            # What folds is decided while sequences are short; kept volumes would hinder that.
-            total += model_config.volume_weight * (1 - youth) * volume_loss(model, batch)
+            # Whole turns fold while sequences are short; kept volumes would hinder that.
+            grown = jnp.where(youth > 0, 0.0, 1.0)
+            total += model_config.volume_weight * grown * volume_loss(model, batch)
         total += model_config.composition_weight * composition_loss(model, batch, codes)
         return total, record
 
