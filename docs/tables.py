@@ -13,7 +13,7 @@ from typing import Any
 import benchmarks.claims
 from motorspace._files import write_atomically
 from motorspace.experiments import topology_summary
-from motorspace.experiments.paper import finished
+from motorspace.experiments.paper import LATTICE_KINDS, finished
 from motorspace.experiments.summary import claims, gathered, judged
 from motorspace.experiments.topology import REFERENCE_ROTATION
 from motorspace.reports.page import markdown_table
@@ -28,6 +28,8 @@ PAGES = (
     *(ROOT / "docs" / f"{page}.md" for page in ("reproduction", "performance", "topology")),
 )
 Row = dict[str, Any]
+
+PRESETS = ("best", "paper")
 
 
 def errors(rows: list[Row]) -> list[Row]:
@@ -130,8 +132,8 @@ def robot_probes(rows: list[Row]) -> list[Row]:
 
 
 def organisation(rows: list[Row]) -> list[Row]:
-    """Both presets in every cell: the measures that have a target."""
-    return [_organised(row) for row in rows if row["row"] in ("best", "paper")]
+    """Both presets in every cell, and the lattice: the measures that have a target."""
+    return [_organised(row) for row in rows if row["row"] in (*PRESETS, *LATTICE_KINDS)]
 
 
 def organisation_references(rows: list[Row]) -> list[Row]:
@@ -152,8 +154,13 @@ def _organised(row: Row) -> Row:
         "T = 24 / T = 6",
         "error",
     )
-    cell = {"agent": row["agent"], "r": f"{row['rotation']} pi", "codes": row["row"]}
-    return cell | {"seeds": row["seeds"]} | {c: row.get(c) for c in columns}
+    return _coded(row) | {"seeds": row["seeds"]} | {c: row.get(c) for c in columns}
+
+
+def _coded(row: Row) -> Row:
+    rotation = row["rotation"]
+    r = "–" if rotation is None else f"{rotation} pi"
+    return {"agent": row["agent"], "r": r, "codes": row["row"]}
 
 
 def shape(rows: list[Row]) -> list[Row]:
@@ -171,10 +178,9 @@ def shape(rows: list[Row]) -> list[Row]:
         "congruence right",
     )
     return [
-        {"agent": row["agent"], "r": f"{row['rotation']} pi", "codes": row["row"]}
-        | {c: row.get(c, row.get(f"composition, {c}")) for c in columns}
+        _coded(row) | {c: row.get(c, row.get(f"composition, {c}")) for c in columns}
         for row in rows
-        if row["row"] in ("best", "paper")
+        if row["row"] in PRESETS
     ]
 
 
@@ -183,20 +189,18 @@ def turns(rows: list[Row]) -> list[Row]:
     kinds = [f"collapse, {kind}" for kind in ("split", "permuted", "undone", "head")]
     counts = [f"{count} full turns" for count in range(4)]
     return [
-        {"agent": row["agent"], "r": f"{row['rotation']} pi", "codes": row["row"]}
-        | {name.removeprefix("collapse, "): row.get(name) for name in (*kinds, *counts)}
+        _coded(row) | {name.removeprefix("collapse, "): row.get(name) for name in (*kinds, *counts)}
         for row in rows
-        if row["row"] in ("best", "paper")
+        if row["row"] in PRESETS
     ]
 
 
 def lengths(rows: list[Row]) -> list[Row]:
     """Root mean square error of the translation decoded at every length, world units."""
     return [
-        {"agent": row["agent"], "r": f"{row['rotation']} pi", "codes": row["row"]}
-        | {name: row.get(name) for name in (f"T = {n}" for n in (1, 2, 3, 6, 12, 24))}
+        _coded(row) | {name: row.get(name) for name in (f"T = {n}" for n in (1, 2, 3, 6, 12, 24))}
         for row in rows
-        if row["row"] in ("best", "paper")
+        if row["row"] in PRESETS
     ]
 
 

@@ -105,16 +105,23 @@ def table_jobs(budget: Budget, *, seeds: int, parts: tuple[Part, ...]) -> list[J
     ]
 
 
+def lattices(budget: Budget, seed: int) -> dict[str, RunConfig]:
+    """The lattice systems by what they are called."""
+    base = _budgeted(LATTICE, budget, seed)
+    return {
+        kind: replace(base, model=replace(base.model, **weights))
+        for kind, weights in LATTICE_KINDS.items()
+    }
+
+
 def lattice_jobs(budget: Budget, *, seeds: int) -> list[Job]:
     """The runs of every kind, and an untrained encoder."""
     jobs = []
     for seed in range(seeds):
-        base = _budgeted(LATTICE, budget, seed)
-        jobs += [
-            Job(f"lattice/{kind}", replace(base, model=replace(base.model, **weights)))
-            for kind, weights in LATTICE_KINDS.items()
-        ]
-        jobs.append(Job("lattice/without-inverse", variant(base, "untrained"), "untrained"))
+        kinds = lattices(budget, seed)
+        jobs += [Job(f"lattice/{kind}", config) for kind, config in kinds.items()]
+        untrained = variant(kinds["without-inverse"], "untrained")
+        jobs.append(Job("lattice/without-inverse", untrained, "untrained"))
     return jobs
 
 

@@ -87,6 +87,8 @@ def _of_seed(budget: paper.Budget, seed: int) -> list[paper.Job]:
         for cell, config in cells.items():
             changed = paper.changed(config, changes)
             jobs.append(paper.Job(f"topology/{cell} {name}", changed, measure=organised))
+    for kind, config in paper.lattices(budget, seed).items():
+        jobs.append(paper.Job(f"topology/lattice {kind}", config, measure=organised))
     # What the references show does not hang on r: one rotation does.
     for cell in (f"{agent}-{REFERENCE_ROTATION}" for agent in paper.PAPER_ERRORS):
         for row in FIXED:

@@ -31,15 +31,18 @@ def gathered(results: Sequence[Row], budget: paper.Budget) -> dict[str, Row]:
 
 
 def topology_rows(results: Sequence[Row]) -> list[Row]:
-    """One row for each cell and preset or reference of which a run is finished."""
+    """One row for each cell and preset or reference, and each lattice, that has finished runs."""
+    cells: list[tuple[str, str, float | None, str]] = [
+        (f"{agent}-{rotation} {row}", agent, rotation, row)
+        for agent in paper.PAPER_ERRORS
+        for rotation in paper.ROTATIONS
+        for row in ROWS
+    ]
+    cells += [(f"lattice {kind}", "lattice", None, kind) for kind in paper.LATTICE_KINDS]
     rows = []
-    for agent in paper.PAPER_ERRORS:
-        for rotation in paper.ROTATIONS:
-            for name in ROWS:
-                runs = _named(results, f"topology/{agent}-{rotation} {name}")
-                if runs:
-                    cell = {"agent": agent, "rotation": rotation, "row": name}
-                    rows.append(cell | _measured(runs))
+    for name, agent, rotation, row in cells:
+        if runs := _named(results, f"topology/{name}"):
+            rows.append({"agent": agent, "rotation": rotation, "row": row} | _measured(runs))
     return rows
 
 

@@ -83,6 +83,7 @@ def test_every_job_has_a_folder_of_its_own_and_every_row_a_job():
     assert len(set(folders)) == len(folders)
     named = {job.name for job in jobs}
     assert all(f"topology/forward-0.8 {row}" in named for row in topology_summary.ROWS)
+    assert all(f"topology/lattice {kind}" in named for kind in paper.LATTICE_KINDS)
     best = next(job for job in jobs if job.name == "topology/holonomic-1.2 best")
     assert best.config.model.encoder == "group"
     assert best.config.training.epochs == 1000
@@ -95,8 +96,11 @@ def test_rows_and_targets(found):
         | {"errors": errors if row in ("best", "paper") else {}}
         for row in ("best", "best", "paper", "raw motors")
     ]
+    runs.append(runs[0] | {"name": "topology/lattice with-inverse"})
     rows = topology_summary.topology_rows(runs)
-    assert [(r["row"], r["seeds"]) for r in rows] == [("best", 2), ("paper", 1), ("raw motors", 1)]
+    counted = [("best", 2), ("paper", 1), ("raw motors", 1), ("with-inverse", 1)]
+    assert [(r["row"], r["seeds"]) for r in rows] == counted
+    assert (rows[-1]["agent"], rows[-1]["rotation"]) == ("lattice", None)
     claims = topology_summary.topology_claims(rows)
     assert len(claims) == len(topology_summary.TARGETS) + 1
     assert all(claim["holds"] for claim in claims if "R2" in claim["claim"])
