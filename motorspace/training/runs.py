@@ -252,6 +252,9 @@ def _claim(folder: Path, described: dict[str, Any], *, resume: bool) -> None:
             remedy="continue it with --resume, or choose another folder",
         )
     found = _read_description(folder)
+    # A run of an earlier version is told without the fields that were added since.
+    config = config_from_json(found["config"], where=path)
+    found["config"] = json.loads(json.dumps(dataclasses.asdict(config)))
     wanted = json.loads(json.dumps(described))
     if found != wanted:
         names = ", ".join(_differences(found, wanted))
