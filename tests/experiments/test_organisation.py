@@ -12,11 +12,13 @@ from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.experiments import organisation, paper, references, topology, topology_summary
 
 
-@pytest.fixture(autouse=True)
-def _few(monkeypatch):
-    monkeypatch.setattr(organisation, "NUM_SEQUENCES", 600)
-    monkeypatch.setattr(organisation, "NUM_COMPOSED", 300)
-    monkeypatch.setattr(organisation, "NUM_GROUPS", 20)
+@pytest.fixture(scope="module", autouse=True)
+def few():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(organisation, "NUM_SEQUENCES", 600)
+        patch.setattr(organisation, "NUM_COMPOSED", 300)
+        patch.setattr(organisation, "NUM_GROUPS", 20)
+        yield
 
 
 AGENT = ForwardAgent(0.8 * np.pi)
@@ -26,8 +28,8 @@ def dead_reckoned(motors):
     return displacement_coordinates(organisation.nominal(AGENT, motors), weight=1.0).points
 
 
-@pytest.fixture
-def found():
+@pytest.fixture(scope="module")
+def found(few):
     return organisation.organisation(dead_reckoned, AGENT, horizon=6, seed=0)
 
 
