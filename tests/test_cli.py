@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from motorspace import load_run
+from motorspace.analysis.errors import CHUNK_SIZE
 from motorspace.cli import MOST_CACHED, main
 from motorspace.experiments import reproduction
 from tests.tiny import flags
@@ -24,9 +25,9 @@ def test_train_evaluate_and_resume(tmp_path, capsys):
     folder = str(tmp_path / "run")
     main(["train", "forward", *TINY, "--out", folder])
     assert "finished" in capsys.readouterr().out
-    main(["evaluate", folder, "--num", "500", "--json"])
+    main(["evaluate", folder, "--num", str(CHUNK_SIZE), "--json"])
     measured = json.loads(capsys.readouterr().out)
-    assert measured["errors"]["num_trajectories"] == 500
+    assert measured["errors"]["num_trajectories"] == CHUNK_SIZE
     assert measured["errors"]["model"] > 0
     main(["train", "forward", *TINY, "--out", folder, "--resume"])
     described = json.loads((tmp_path / "run" / "config.json").read_text())

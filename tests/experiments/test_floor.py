@@ -112,6 +112,7 @@ def test_corrected_poses_sense_what_they_should_and_stay_in_the_free(getkey):
     assert world.free(found)[world.free(near)].all()
 
 
+@pytest.mark.slow
 def test_rows_come_down_with_the_number_of_poses():
     told = []
     (row,) = floor.floor_rows(

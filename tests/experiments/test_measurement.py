@@ -8,6 +8,8 @@ import jax.numpy as jnp
 import pytest
 
 from motorspace._types import Pose
+from motorspace.analysis.errors import CHUNK_SIZE
+from motorspace.experiments import measurement
 from motorspace.experiments.measurement import lattice_counts, measure
 from motorspace.models import (
     AbstractMotorEncoder,
@@ -82,10 +84,12 @@ def test_every_valid_case_is_counted_once(wrong_turn):
         assert count.correct == (0 if wrong_turn else count.valid)
 
 
-def test_an_untrained_network_is_measured_and_found_wanting(getkey):
+def test_an_untrained_network_is_measured_and_found_wanting(getkey, monkeypatch):
+    # As many as a chunk has everywhere: each other number is compiled anew.
+    monkeypatch.setattr(measurement, "NUM_LATTICE_CODES", CHUNK_SIZE)
     model = build_model(CONFIG.model, SCALING, horizon=HORIZON, key=getkey())
-    measured = measure(Run(CONFIG, model), num=200)
+    measured = measure(Run(CONFIG, model), num=CHUNK_SIZE)
     assert measured["accuracy"] < 0.2
     assert measured["cases"]["1"][1] == valid_by_hand(1)
     assert 0 < measured["within_to_total"] <= 1
-    assert measured["errors"]["num_trajectories"] == 200
+    assert measured["errors"]["num_trajectories"] == CHUNK_SIZE

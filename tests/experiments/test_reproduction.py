@@ -12,6 +12,7 @@ import pytest
 
 from motorspace import UserError
 from motorspace._files import locked
+from motorspace.analysis.errors import CHUNK_SIZE
 from motorspace.experiments import paper, reproduction
 from tests.tiny import TINY
 
@@ -43,7 +44,7 @@ def test_a_finished_job_is_read_not_repeated(tmp_path, monkeypatch, part):
     if part == "oracle":
         config = replace(config, model=replace(config.model, encoder="identity"))
     job = paper.Job("table/forward-0.8", config, part)
-    first = paper.run_job(job, tmp_path, num_test=100)
+    first = paper.run_job(job, tmp_path, num_test=CHUNK_SIZE)
     assert first["errors"]["model"] > 0 and first["part"] == part
     assert list(paper.finished(tmp_path)) == [first]
 
@@ -51,7 +52,7 @@ def test_a_finished_job_is_read_not_repeated(tmp_path, monkeypatch, part):
         raise AssertionError("a finished run was trained again")
 
     monkeypatch.setattr(paper, "train", fail)
-    assert paper.run_job(job, tmp_path, num_test=100) == first
+    assert paper.run_job(job, tmp_path, num_test=CHUNK_SIZE) == first
 
 
 @pytest.mark.parametrize("written", ['{"name": "table/forward-0.8"}', "[1]", '{"name": "tab'])
