@@ -65,15 +65,16 @@ def test_a_killed_run_resumes_to_the_same_bytes(tmp_path):
     environment = os.environ | {"PYTHONPATH": str(root)}
     parted, whole = tmp_path / "parted", tmp_path / "whole"
     command = [sys.executable, "-c", SCRIPT, str(parted)]
-    process = subprocess.Popen(command, env=environment, cwd=root)
-    deadline = time.monotonic() + 120
-    while process.poll() is None and time.monotonic() < deadline:
-        log = parted / "log.jsonl"
-        if log.exists() and len(log.read_text().splitlines()) >= 30:
-            process.send_signal(signal.SIGKILL)
-            break
-        time.sleep(0.002)
-    assert process.wait() == -signal.SIGKILL
+    for kill_at in (2, 60):
+        process = subprocess.Popen(command, env=environment, cwd=root)
+        deadline = time.monotonic() + 120
+        while process.poll() is None and time.monotonic() < deadline:
+            log = parted / "log.jsonl"
+            if log.exists() and len(log.read_text().splitlines()) >= kill_at:
+                process.send_signal(signal.SIGKILL)
+                break
+            time.sleep(0.002)
+        assert process.wait() == -signal.SIGKILL
     (parted / "weights.safetensors.1.part").write_bytes(b"half of it")
     subprocess.run(command, env=environment, cwd=root, check=True)
     trained(whole)
