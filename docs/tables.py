@@ -138,8 +138,7 @@ def organisation(rows: list[Row]) -> list[Row]:
 
 def organisation_lattice(rows: list[Row]) -> list[Row]:
     """The same measures of the lattice's codes."""
-    organised = [_organised(row) for row in rows if row["row"] in LATTICE_KINDS]
-    return [{name: v for name, v in row.items() if name not in ("agent", "r")} for row in organised]
+    return [{"codes": row["row"]} | _measured(row) for row in rows if row["row"] in LATTICE_KINDS]
 
 
 def organisation_references(rows: list[Row]) -> list[Row]:
@@ -148,6 +147,10 @@ def organisation_references(rows: list[Row]) -> list[Row]:
 
 
 def _organised(row: Row) -> Row:
+    return _coded(row) | _measured(row)
+
+
+def _measured(row: Row) -> Row:
     columns = (
         "linear R2",
         "collapse ratio",
@@ -160,13 +163,11 @@ def _organised(row: Row) -> Row:
         "T = 24 / T = 6",
         "error",
     )
-    return _coded(row) | {"seeds": row["seeds"]} | {c: row.get(c) for c in columns}
+    return {"seeds": row["seeds"]} | {c: row.get(c) for c in columns}
 
 
 def _coded(row: Row) -> Row:
-    rotation = row["rotation"]
-    r = "–" if rotation is None else f"{rotation} pi"
-    return {"agent": row["agent"], "r": r, "codes": row["row"]}
+    return {"agent": row["agent"], "r": f"{row['rotation']} pi", "codes": row["row"]}
 
 
 def shape(rows: list[Row]) -> list[Row]:
@@ -297,7 +298,8 @@ def reasons_in(folder: Path) -> dict[str, str]:
 
 def filled() -> dict[Path, str]:
     """What every file made from the results must hold."""
-    files = gathered(list(finished(RUNS / "paper")), "paper")
+    whole = list(finished(RUNS / "paper"))
+    files = gathered(whole, "paper")
     files |= gathered(list(finished(RUNS / "quick")), "quick")
     files["robots"] = json.loads((RESULTS / "robots.json").read_text())
     made = {RESULTS / "summary.json": claims(files, reasons_in(RESULTS))}
@@ -306,8 +308,7 @@ def filled() -> dict[Path, str]:
     for row in files["table"]["rows"]:
         row["floor"] = floor[row["agent"], row["rotation"]]
     files |= topology_summary.gathered(list(finished(RUNS / "fifth")), "fifth")
-    organised = topology_summary.gathered(list(finished(RUNS / "paper")), "paper")
-    files |= {f"{name} at the paper's budget": file for name, file in organised.items()}
+    files["topology at the paper's budget"] = topology_summary.gathered(whole, "paper")["topology"]
     found = topology_summary.topology_claims(files["topology"]["rows"])
     made[TOPOLOGY / "summary.json"] = judged(found, files["topology"], reasons_in(TOPOLOGY))
     tables = {

@@ -1,5 +1,7 @@
 """The run that many tests train: the same one, since compiling it takes longer than running it."""
 
+from dataclasses import asdict
+
 from motorspace import ModelConfig, RunConfig, SimulationConfig, TrainingConfig
 
 TINY = RunConfig(
@@ -9,18 +11,11 @@ TINY = RunConfig(
 )
 
 
-def flags(config: RunConfig = TINY) -> list[str]:
-    """The run as the command line is told of it."""
-    simulation, model, training = config.simulation, config.model, config.training
-    told = {
-        "layout": simulation.layout,
-        "horizon": simulation.horizon,
-        "hidden-size": model.hidden_size,
-        "code-size": model.code_size,
-        "width-size": model.width_size,
-        "depth": model.depth,
-        "epochs": training.epochs,
-        "trajectories-per-epoch": training.trajectories_per_epoch,
-        "batch-size": training.batch_size,
-    }
-    return [word for name, value in told.items() for word in (f"--{name}", str(value))]
+def flags() -> list[str]:
+    """The run as the command line is told of it: what differs from the defaults."""
+    told = []
+    for part in (TINY.simulation, TINY.model, TINY.training):
+        for name, value in asdict(part).items():
+            if value != getattr(type(part)(), name):
+                told += [f"--{name.replace('_', '-')}", str(value)]
+    return told

@@ -254,8 +254,8 @@ def _claim(folder: Path, described: dict[str, Any], *, resume: bool) -> None:
     found = _read_description(folder)
     # A run of an earlier version is told without the fields that were added since.
     config = config_from_json(found["config"], where=path)
-    found["config"] = json.loads(json.dumps(dataclasses.asdict(config)))
-    wanted = json.loads(json.dumps(described))
+    found["config"] = dataclasses.asdict(config)
+    found, wanted = (json.loads(json.dumps(told)) for told in (found, described))
     if found != wanted:
         names = ", ".join(_differences(found, wanted))
         raise UserError(
