@@ -13,9 +13,8 @@ from typing import Any
 import benchmarks.claims
 from motorspace._files import write_atomically
 from motorspace.experiments import topology_summary
-from motorspace.experiments.paper import LATTICE_KINDS, finished
+from motorspace.experiments.paper import finished
 from motorspace.experiments.summary import claims, gathered, judged
-from motorspace.experiments.topology import REFERENCE_ROTATION
 from motorspace.reports.page import markdown_table
 
 ROOT = Path(__file__).parent.parent
@@ -28,8 +27,6 @@ PAGES = (
     *(ROOT / "docs" / f"{page}.md" for page in ("reproduction", "performance", "topology")),
 )
 Row = dict[str, Any]
-
-PRESETS = ("best", "paper")
 
 
 def errors(rows: list[Row]) -> list[Row]:
@@ -132,22 +129,17 @@ def robot_probes(rows: list[Row]) -> list[Row]:
 
 
 def organisation(rows: list[Row]) -> list[Row]:
-    """Both presets in every cell: the measures that have a target."""
-    return [_organised(row) for row in rows if row["row"] in PRESETS]
+    """Both presets in every cell, and the references: the measures that have a target."""
+    return [_coded(row) | _measured(row) for row in _of_cells(rows)]
 
 
 def organisation_lattice(rows: list[Row]) -> list[Row]:
     """The same measures of the lattice's codes."""
-    return [{"codes": row["row"]} | _measured(row) for row in rows if row["row"] in LATTICE_KINDS]
+    return [{"codes": row["row"]} | _measured(row) for row in rows if row["agent"] == "lattice"]
 
 
-def organisation_references(rows: list[Row]) -> list[Row]:
-    """All rows of two cells, of which every reference is measured."""
-    return [_organised(row) for row in rows if row["rotation"] == REFERENCE_ROTATION]
-
-
-def _organised(row: Row) -> Row:
-    return _coded(row) | _measured(row)
+def _of_cells(rows: list[Row]) -> list[Row]:
+    return [row for row in rows if row["agent"] != "lattice"]
 
 
 def _measured(row: Row) -> Row:
@@ -186,8 +178,7 @@ def shape(rows: list[Row]) -> list[Row]:
     )
     return [
         _coded(row) | {c: row.get(c, row.get(f"composition, {c}")) for c in columns}
-        for row in rows
-        if row["row"] in PRESETS
+        for row in _of_cells(rows)
     ]
 
 
@@ -197,8 +188,7 @@ def turns(rows: list[Row]) -> list[Row]:
     counts = [f"{count} full turns" for count in range(4)]
     return [
         _coded(row) | {name.removeprefix("collapse, "): row.get(name) for name in (*kinds, *counts)}
-        for row in rows
-        if row["row"] in PRESETS
+        for row in _of_cells(rows)
     ]
 
 
@@ -206,8 +196,7 @@ def lengths(rows: list[Row]) -> list[Row]:
     """Root mean square error of the translation decoded at every length, world units."""
     return [
         _coded(row) | {name: row.get(name) for name in (f"T = {n}" for n in (1, 2, 3, 6, 12, 24))}
-        for row in rows
-        if row["row"] in PRESETS
+        for row in _of_cells(rows)
     ]
 
 
@@ -260,6 +249,21 @@ def targets(rows: list[Row]) -> list[Row]:
     ]
 
 
+def targets_by_claim(rows: list[Row]) -> list[Row]:
+    """In how many cells each target of `best` is reached."""
+    claims_of: dict[str, list[Row]] = {}
+    for row in rows:
+        claims_of.setdefault(row["claim"].partition(", best: ")[2], []).append(row)
+    return [
+        {
+            "target": f"{claim}: {cells[0]['target']}",
+            "cells": len(cells),
+            "reached in": sum(cell["holds"] for cell in cells),
+        }
+        for claim, cells in claims_of.items()
+    ]
+
+
 def floors(rows: list[Row]) -> list[Row]:
     """How the floor comes down with the number of remembered poses."""
     return [
@@ -281,7 +285,6 @@ TABLES: dict[str, tuple[str, Callable[[list[Row]], list[Row]]]] = {
     "robot_probes": ("robots", robot_probes),
     "floor": ("floor", floors),
     "topology": ("topology", organisation),
-    "topology_references": ("topology", organisation_references),
     "topology_lattice": ("topology at the paper's budget", organisation_lattice),
     "topology_shape": ("topology", shape),
     "topology_turns": ("topology", turns),
@@ -317,7 +320,10 @@ def filled() -> dict[Path, str]:
         if source in files
     }
     tables["targets"] = markdown_table(targets(made[RESULTS / "summary.json"]))
-    tables["topology_targets"] = markdown_table(targets(made[TOPOLOGY / "summary.json"]))
+    organised = made[TOPOLOGY / "summary.json"]
+    tables["topology_targets"] = markdown_table(targets_by_claim(organised))
+    missed = [row for row in organised if not row["holds"]]
+    tables["topology_missed"] = markdown_table(targets(missed))
     if (measured := PERFORMANCE / "benchmarks.json").exists():
         file = json.loads(measured.read_text())
         found = benchmarks.claims.claims(file["rows"])
