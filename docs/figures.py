@@ -10,6 +10,14 @@ from motorspace.experiments.topology import REFERENCE_ROTATION
 from motorspace.reports import topology_figures
 from motorspace.reports.figures import png
 
+CLOSING = {"seam gap": "seam gap (1: closed)", "loop": "loop persistence (1: a circle)"}
+ABLATION = {
+    "error": "prediction error",
+    "linear R2": "R2 of the worst component",
+    "collapse ratio": "collapse ratio",
+    "D_topo": "normalised D_topo",
+}
+
 PICTURES = ROOT / "docs" / "pictures"
 
 
@@ -17,11 +25,14 @@ def main() -> None:
     """Draw them all."""
     found = list(finished(RUNS / "fifth"))
     rows = topology_summary.topology_rows(found)
+    closing, ablation = topology_summary.closing_rows(found), topology_summary.ablation_rows(found)
     drawn = {
         "topology": topology_figures.organisation_figure(rows),
         "topology-turns": topology_figures.turns_figure(rows),
         "topology-lengths": topology_figures.lengths_figure(rows, rotation=REFERENCE_ROTATION),
         "topology-folding": topology_figures.folding_figure(topology_summary.folding_rows(found)),
+        "topology-closing": topology_figures.changes_figure(closing, "turns", CLOSING),
+        "topology-ablation": topology_figures.changes_figure(ablation, "change", ABLATION),
     }
     for name, figure in drawn.items():
         path: Path = PICTURES / f"{name}.png"

@@ -192,7 +192,9 @@ class GroupEncoder(AbstractMotorEncoder):
             transition,
             (wide, 2 * transition.layers[-1].weight),
         )
-        self.readout = eqx.nn.MLP(*sizes, key=readout_key)
+        # H begins as the identity. What one command alone could say by either, A learns first;
+        # turns that H has taken are missing from A when a second command comes.
+        self.readout = _quiet(eqx.nn.MLP(*sizes, key=readout_key))
 
     def __call__(self, motors: Motors, num_steps: Count) -> Code:
         unit = jnp.eye(self.size)
@@ -210,6 +212,15 @@ class GroupEncoder(AbstractMotorEncoder):
     def _matrix(self, mlp: eqx.nn.MLP, motor: Array) -> Matrix:
         """The identity and what the network adds to all but its last row."""
         return jnp.eye(self.size).at[:-1].add(mlp(motor).reshape(self.size - 1, self.size))
+
+
+def _quiet(mlp: eqx.nn.MLP) -> eqx.nn.MLP:
+    """The network with a last layer of zeros: it says nothing until it has learned to."""
+    return eqx.tree_at(lambda net: net.layers[-1], mlp, replace_fn=_zeros)
+
+
+def _zeros(layer: eqx.nn.Linear) -> eqx.nn.Linear:
+    return jax.tree.map(jnp.zeros_like, layer)
 
 
 def matrix_size(code_size: int) -> int:

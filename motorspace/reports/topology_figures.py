@@ -93,6 +93,23 @@ def folding_figure(rows: Sequence[Row]) -> Figure:
     return figure
 
 
+def changes_figure(rows: Sequence[Row], label: str, panels: Mapping[str, str]) -> Figure:
+    """One line for each row, called by its `label`; a panel for each measure, {name: title}."""
+    size = (1.5 + 3 * len(panels), 1.2 + 0.26 * len(rows))
+    figure = Figure(figsize=size, layout="constrained")
+    places = range(len(rows))
+    for axes, (name, title) in zip(
+        figure.subplots(1, len(panels), sharey=True), panels.items(), strict=True
+    ):
+        low, mean, high = ([row[name][k] for row in rows] for k in ("low", "mean", "high"))
+        axes.hlines(places, low, high, color="tab:blue")
+        axes.plot(mean, places, "o", ms=4, color="tab:blue")
+        axes.set(title=title, yticks=places, yticklabels=[row[label] for row in rows])
+        axes.grid(axis="y", lw=0.4)
+    figure.axes[0].invert_yaxis()
+    return figure
+
+
 def _curves(rows: Sequence[Row]) -> dict[tuple[str, str], list[Row]]:
     return {
         (agent, name): curve

@@ -1,5 +1,6 @@
 """The encoder whose commands are matrices: it composes, whatever its weights."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -14,6 +15,20 @@ def encoder(code_size=20):
     return GroupEncoder(2, 16, code_size, key=jax.random.key(0))
 
 
+def speaking(made):
+    """The encoder with a readout that has something to say, as after training."""
+    width = made.readout.layers[-1].weight.shape
+    weights = jax.random.normal(jax.random.key(3), width) / 10
+    return eqx.tree_at(lambda e: e.readout.layers[-1].weight, made, weights)
+
+
+def test_the_readout_begins_as_the_identity():
+    motor = jnp.array([0.3, -1.2])
+    for made, differs in ((encoder(), False), (speaking(encoder()), True)):
+        matrix = made._matrix(made.transition, motor)[:-1].reshape(-1)
+        assert (not jnp.allclose(made(motor[None], jnp.array(1)), matrix)) == differs
+
+
 def test_rows_beyond_the_sequence_do_not_matter():
     motors = jax.random.normal(jax.random.key(1), (6, 2))
     short = encoder()(motors[:4], jnp.array(4))
@@ -23,7 +38,7 @@ def test_rows_beyond_the_sequence_do_not_matter():
 
 
 def test_what_goes_before_enters_by_its_product_alone():
-    made = encoder()
+    made = speaking(encoder())
     first, second, after = jax.random.normal(jax.random.key(2), (3, 2, 2))
 
     def matrix(motors):
