@@ -7,12 +7,12 @@ from pathlib import Path
 import jax
 import pytest
 
-# One thread, as on the command line; no optimisation and the older code generator, since tests
-# compile more than they run. (XLA refuses flags it does not know: after an update, look here.)
+# One thread, as on the command line; less optimisation and the older code generator, since tests
+# compile more than they run. XLA refuses flags it does not know: after an update, look here.
 os.environ.setdefault(
     "XLA_FLAGS",
     "--xla_cpu_multi_thread_eigen=false"
-    " --xla_backend_optimization_level=0"
+    " --xla_backend_optimization_level=1"
     " --xla_cpu_use_fusion_emitters=false",
 )
 
