@@ -29,6 +29,7 @@ def main() -> None:
     drawn = {
         "topology": topology_figures.organisation_figure(rows),
         "topology-turns": topology_figures.turns_figure(rows),
+        "topology-drawn": topology_figures.drawn_figure(topology_summary.drawn_rows(rows)),
         "topology-lengths": topology_figures.lengths_figure(rows, rotation=REFERENCE_ROTATION),
         "topology-folding": topology_figures.folding_figure(topology_summary.folding_rows(found)),
         "topology-closing": topology_figures.changes_figure(closing, "turns", CLOSING),

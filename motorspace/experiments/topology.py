@@ -5,7 +5,6 @@ from functools import partial
 from typing import Any
 
 import jax
-import numpy as np
 
 from motorspace._types import Record
 from motorspace.analysis import circle
@@ -14,7 +13,6 @@ from motorspace.analysis.projections import pca
 from motorspace.experiments import paper
 from motorspace.experiments.measurement import measure
 from motorspace.experiments.organisation import (
-    NUM_SEQUENCES,
     Codes,
     Encode,
     Motors,
@@ -23,7 +21,6 @@ from motorspace.experiments.organisation import (
     encoder_of,
     nominal,
     organisation,
-    random_commands,
     sampled,
 )
 from motorspace.reports import figures
@@ -38,6 +35,8 @@ BEST: Changes = {
     "training": {"learning_rate": 3e-3, "code_noise": 0.3},
 }
 """What the preset `best` changes in the paper's system."""
+
+PRESETS: dict[str, Changes] = {"best": BEST, "paper": {}}
 
 SMALLER_STEP: Changes = {"training": {"learning_rate": 3e-3}}
 
@@ -83,7 +82,7 @@ def _of_seed(budget: paper.Budget, seed: int) -> list[paper.Job]:
         for agent in paper.PAPER_ERRORS
     }
     jobs = []
-    for changes, name in ((BEST, "best"), ({}, "paper")):
+    for name, changes in PRESETS.items():
         for cell, config in cells.items():
             changed = paper.changed(config, changes)
             jobs.append(paper.Job(f"topology/{cell} {name}", changed, measure=organised))
@@ -170,7 +169,7 @@ def folding_jobs(budget: paper.Budget, *, seeds: int) -> list[paper.Job]:
             folded,
         )
         for seed in range(seeds)
-        for name, changes in (("best", BEST), ("paper", {}))
+        for name, changes in PRESETS.items()
     ]
 
 
@@ -193,10 +192,7 @@ def folded(run: Run, num: int) -> dict[str, Any]:
     scaling = simulation_scaling(config)
     state = init(training, config.model, scaling, horizon=horizon)
     fit(training, config.model, state, fresh_experience(config), watch=watch)
-    drawn = random_commands(agent, (NUM_SEQUENCES, horizon), key=jax.random.key(1))
-    turns = np.abs(np.round(drawn[..., 0].sum(axis=1) / (2 * np.pi))).astype(int)
-    shares = (np.bincount(turns) / len(turns)).tolist()
-    return _unpredicted(run) | {"course": course, "drawn": shares}
+    return _unpredicted(run) | {"course": course}
 
 
 def organised(run: Run, num: int) -> dict[str, Any]:

@@ -5,13 +5,13 @@ from statistics import fmean
 from typing import Any
 
 import numpy as np
-from scipy.stats import bootstrap
+from scipy.stats import bootstrap, irwinhall
 
 from motorspace.analysis.coordinates import COMPONENTS
 from motorspace.experiments import paper, topology
 from motorspace.experiments.summary import Row, claimed, gather
 
-ROWS = ("best", "paper", "supervised", "shuffled", *topology.FIXED)
+ROWS = (*topology.PRESETS, "supervised", "shuffled", *topology.FIXED)
 """The rows of each cell: both presets, then the references."""
 
 LEVEL = 0.95
@@ -80,14 +80,41 @@ def closing_rows(results: Sequence[Row]) -> list[Row]:
 def folding_rows(results: Sequence[Row]) -> list[Row]:
     """One row for each preset, epoch and number of whole turns that sequences are apart."""
     rows = []
-    for name in ("best", "paper"):
+    for name in topology.PRESETS:
         runs = _named(results, f"folding/{name}")
         for index, told in enumerate(runs[0]["course"] if runs else []):
             for turns in sorted(told.keys() - {"epoch"}):
                 values = [r["course"][index][turns] for r in runs if turns in r["course"][index]]
                 row = {"row": name, "epoch": told["epoch"], "turns": turns, "seeds": len(values)}
-                rows.append(row | {"ratio": interval(values), "drawn": runs[0]["drawn"]})
+                rows.append(row | {"ratio": interval(values)})
     return rows
+
+
+MOST_TURNS = 3
+"""How many whole turns, at most, the tables tell equivalent sequences apart by."""
+
+
+def drawn_rows(rows: Sequence[Row]) -> list[Row]:
+    """How far apart whole turns lie beside how often they are drawn, from `topology_rows`."""
+    return [
+        {"agent": row["agent"], "row": row["row"], "rotation": row["rotation"], "turns": turns}
+        | {"drawn": share_of_turns(row["rotation"], turns), "ratio": row[f"{turns} full turns"]}
+        for row in rows
+        if row["row"] in topology.PRESETS
+        for turns in range(1, MOST_TURNS + 1)
+        if f"{turns} full turns" in row
+    ]
+
+
+def share_of_turns(rotation: float, turns: int, horizon: int = 6) -> float:
+    """The share of random sequences whose net turn is nearest to `turns` > 0 whole ones, each way.
+
+    The sum of `horizon` rotations uniform in +-`rotation` pi has the distribution of Irwin and
+    Hall, stretched and shifted.
+    """
+    ends = np.array([2 * turns - 1, 2 * turns + 1])
+    below = irwinhall(horizon).cdf((ends / rotation + horizon) / 2)
+    return float(2 * (below[1] - below[0]))
 
 
 def _named(results: Sequence[Row], name: str) -> list[Row]:

@@ -32,7 +32,7 @@ def organisation_figure(rows: Sequence[Row]) -> Figure:
     ):
         for label, curve in _curves(rows).items():
             points = [(r["rotation"], r[name]) for r in curve if name in r]
-            _line(axes, label, points)
+            _preset_line(axes, label, points)
         if target is not None:
             axes.axhline(target, color="0.4", lw=0.8, ls=":")
         axes.set(title=title, xlabel="largest rotation, units of pi")
@@ -51,8 +51,24 @@ def turns_figure(rows: Sequence[Row]) -> Figure:
         for row in curve:
             found = [(n, row[f"{n} full turns"]) for n in range(5) if f"{n} full turns" in row]
             if found:
-                _line(axes, (label[0], f"r = {row['rotation']} pi"), found, colour=None)
+                _line(axes, f"r = {row['rotation']} pi", found)
         axes.set(title=", ".join(label), xlabel="full turns apart", yscale="log")
+    figure.axes[0].set_ylabel("squared distance / all pairs'")
+    figure.axes[0].legend(fontsize=8)
+    return figure
+
+
+def drawn_figure(rows: Sequence[Row]) -> Figure:
+    """How far apart whole turns lie over how often training draws them, a panel for each agent."""
+    figure = Figure(figsize=(9, 3.8), layout="constrained")
+    for axes, agent in zip(figure.subplots(1, 2, sharey=True), COLOURS, strict=True):
+        for name, style in STYLES.items():
+            for place, turns in enumerate(sorted({r["turns"] for r in rows})):
+                found = (agent, name, turns)
+                curve = [r for r in rows if (r["agent"], r["row"], r["turns"]) == found]
+                points = [(r["drawn"], r["ratio"]) for r in curve]
+                _line(axes, f"{name}, {turns} full turns", points, color=f"C{place}", ls=style)
+        axes.set(title=agent, xlabel="share of the sequences drawn", xscale="log", yscale="log")
     figure.axes[0].set_ylabel("squared distance / all pairs'")
     figure.axes[0].legend(fontsize=8)
     return figure
@@ -66,7 +82,7 @@ def lengths_figure(rows: Sequence[Row], *, rotation: float) -> Figure:
         for row in curve:
             if row["rotation"] == rotation:
                 lengths = [n for n in range(1, 25) if f"T = {n}" in row]
-                _line(axes, label, [(n, row[f"T = {n}"]) for n in lengths])
+                _preset_line(axes, label, [(n, row[f"T = {n}"]) for n in lengths])
     axes.axvline(6, color="0.4", lw=0.8, ls=":")
     axes.set(
         xlabel="commands in a sequence (trained on 6)",
@@ -86,7 +102,7 @@ def folding_figure(rows: Sequence[Row]) -> Figure:
             curve = [r for r in rows if r["row"] == name and r["turns"] == turns]
             points = [(r["epoch"], r["ratio"]) for r in curve]
             if points:
-                _line(axes, ("", f"{turns} full turns apart"), points, colour=None)
+                _line(axes, f"{turns} full turns apart", points)
         axes.set(title=name, xlabel="epoch", yscale="log")
     figure.axes[0].set_ylabel("squared distance / all pairs'")
     figure.axes[0].legend(fontsize=8)
@@ -119,17 +135,13 @@ def _curves(rows: Sequence[Row]) -> dict[tuple[str, str], list[Row]]:
     }
 
 
-def _line(
-    axes: Axes,
-    label: tuple[str, str],
-    points: Sequence[tuple[float, Row]],
-    *,
-    colour: str | None = "agent",
-) -> None:
+def _preset_line(axes: Axes, label: tuple[str, str], points: Sequence[tuple[float, Row]]) -> None:
     agent, name = label
-    style: dict[str, Any] = {"color": COLOURS[agent], "ls": STYLES[name]} if colour else {}
+    _line(axes, f"{agent}, {name}", points, color=COLOURS[agent], ls=STYLES[name])
+
+
+def _line(axes: Axes, label: str, points: Sequence[tuple[float, Row]], **style: Any) -> None:
     x = [value for value, _ in points]
     low, mean, high = ([found[k] for _, found in points] for k in ("low", "mean", "high"))
-    shown = f"{agent}, {name}" if colour else name
-    drawn = axes.plot(x, mean, marker="o", ms=3.5, label=shown, **style)
+    drawn = axes.plot(x, mean, marker="o", ms=3.5, label=label, **style)
     axes.fill_between(x, low, high, alpha=0.2, color=drawn[0].get_color(), lw=0)

@@ -115,3 +115,20 @@ def test_the_interval_of_the_mean():
     assert topology_summary.interval([3.0]) == {"mean": 3.0, "low": 3.0, "high": 3.0}
     found = topology_summary.interval([1.0, 2.0, 3.0, 4.0])
     assert found["mean"] == 2.5 and 1.0 <= found["low"] < 2.5 < found["high"] <= 4.0
+
+
+def test_the_share_of_turns_is_that_of_random_commands():
+    drawn = organisation.random_commands(AGENT, (20_000, 6), key=jax.random.key(0))
+    turns = np.abs(np.round(drawn[..., 0].sum(axis=1) / (2 * np.pi)))
+    for count in (1, 2):
+        share = topology_summary.share_of_turns(0.8, count)
+        assert share == pytest.approx(np.mean(turns == count), abs=0.01)
+    assert topology_summary.share_of_turns(0.4, 2) == 0.0
+
+
+def test_what_is_drawn_seldom_is_told_beside_how_seldom(found):
+    run = {"name": "topology/forward-0.8 best", "epochs": 10, "organisation": found, "errors": {}}
+    rows = topology_summary.drawn_rows(topology_summary.topology_rows([run]))
+    assert [row["turns"] for row in rows] == [1, 2, 3]
+    assert rows[0]["drawn"] > rows[1]["drawn"] > rows[2]["drawn"] >= 0
+    assert all(row["ratio"]["mean"] < 1e-9 for row in rows)
