@@ -183,7 +183,7 @@ def lengths(
 
 
 def random_commands(agent: AbstractAgent, shape: tuple[int, int], *, key: Key) -> Motors:
-    """Commands as the agent explores with, walls aside: [*shape, M]."""
+    """Commands as the agent explores with, walls aside: [*shape, M], at most `NUM_SEQUENCES`."""
     num, length = shape
     keys = jax.random.split(key, (NUM_SEQUENCES, max(length, LENGTHS[-1])))
     return np.asarray(explored(agent, keys))[:num, :length]

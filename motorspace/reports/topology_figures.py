@@ -68,7 +68,9 @@ def drawn_figure(rows: Sequence[Row]) -> Figure:
                 curve = [r for r in rows if (r["agent"], r["row"], r["turns"]) == found]
                 points = [(r["drawn"], r["ratio"]) for r in curve]
                 _line(axes, f"{name}, {turns} full turns", points, color=f"C{place}", ls=style)
-        axes.set(title=agent, xlabel="share of the sequences drawn", xscale="log", yscale="log")
+        axes.set(title=agent, xlabel="share of the sequences drawn", yscale="log")
+        axes.set_xscale("symlog", linthresh=1e-5)  # three turns may never be drawn
+        axes.set_xlim(left=-5e-6)
     figure.axes[0].set_ylabel("squared distance / all pairs'")
     figure.axes[0].legend(fontsize=8)
     return figure
