@@ -41,7 +41,6 @@ PRESETS: dict[str, Changes] = {"best": BEST, "paper": {}}
 SMALLER_STEP: Changes = {"training": {"learning_rate": 3e-3}}
 
 ABLATION: dict[str, Changes] = {
-    "paper": {},
     "smaller step": SMALLER_STEP,
     "noise on the code": {"training": {"code_noise": 0.3}},
     "mixed horizons": {"simulation": {"min_horizon": 1}},
@@ -55,9 +54,8 @@ ABLATION: dict[str, Changes] = {
     "group, no noise": BEST | SMALLER_STEP,
     "group, volumes free": BEST | {"model": {**BEST["model"], "volume_weight": 0.0}},
     "group of 6 x 6": BEST | {"model": {**BEST["model"], "code_size": 30}},
-    "group": BEST,
 }
-"""What may organise codes better, one change at a time."""
+"""What may organise codes better: one change to the paper's system, or to `best` ("group")."""
 
 ABLATION_CELL = ("holonomic", 0.8)
 

@@ -47,11 +47,16 @@ def topology_rows(results: Sequence[Row]) -> list[Row]:
 
 
 def ablation_rows(results: Sequence[Row]) -> list[Row]:
-    """One row for each change to the paper's system."""
+    """One row for each change to the paper's system, between that and `best`."""
+    agent, rotation = topology.ABLATION_CELL
+    cell = f"topology/{agent}-{rotation}"
+    names = {"paper": f"{cell} paper"}
+    names |= {change: f"ablation/{change}" for change in topology.ABLATION}
+    names |= {"best": f"{cell} best"}
     return [
-        {"change": name} | _measured(runs)
-        for name in topology.ABLATION
-        if (runs := _named(results, f"ablation/{name}"))
+        {"change": change} | _measured(runs)
+        for change, name in names.items()
+        if (runs := _named(results, name))
     ]
 
 

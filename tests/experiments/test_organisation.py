@@ -132,3 +132,10 @@ def test_what_is_drawn_seldom_is_told_beside_how_seldom(found):
     assert [row["turns"] for row in rows] == [1, 2, 3]
     assert rows[0]["drawn"] > rows[1]["drawn"] > rows[2]["drawn"] >= 0
     assert all(row["ratio"]["mean"] < 1e-9 for row in rows)
+
+
+def test_changes_stand_between_the_papers_system_and_best(found):
+    names = ("ablation/gru", "topology/holonomic-0.8 best", "topology/holonomic-0.8 paper")
+    runs = [{"name": n, "epochs": 10, "organisation": found, "errors": {}} for n in names]
+    rows = topology_summary.ablation_rows(runs)
+    assert [row["change"] for row in rows] == ["paper", "gru", "best"]
