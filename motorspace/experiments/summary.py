@@ -35,7 +35,7 @@ def gather(
             seeds = 1 + max(r["seed"] for r in runs)
             command = f"motorspace reproduce {experiment or name} --budget {budget} --seeds {seeds}"
             date = max(r["date"] for r in runs)
-            files[name] = {"command": command, "date": date, "rows": rows(runs)}
+            files[name] = {"command": command, "date": date, "rows": rows(results)}
     return files
 
 
