@@ -211,7 +211,9 @@ def ablation(rows: list[Row]) -> list[Row]:
         "partial, motors",
         "D_topo",
         "trustworthiness",
-        "T = 24 / T = 6",
+        "T = 1",
+        "T = 6",
+        "T = 24",
     )
     return [{"changed": row["change"]} | {c: row.get(c) for c in columns} for row in rows]
 
