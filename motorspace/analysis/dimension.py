@@ -6,15 +6,15 @@ from jaxtyping import Float
 from motorspace.analysis.coordinates import Points
 
 
-def intrinsic_dimension(codes: Points) -> float:
+def intrinsic_dimension(codes: Points) -> float | None:
     """TwoNN (Facco et al., 2017): the dimension in which two nearest neighbours lie as they do.
 
-    Needs the extra `topology`. Equal codes count once. NaN for fewer than a hundred.
+    Needs the extra `topology`. Equal codes count once. None for fewer than a hundred.
     """
     import skdim
 
     different = np.unique(np.round(codes / codes.std(), 9), axis=0)
-    return float(skdim.id.TwoNN().fit(different).dimension_) if len(different) >= 100 else np.nan
+    return float(skdim.id.TwoNN().fit(different).dimension_) if len(different) >= 100 else None
 
 
 def participation_ratio(codes: Points) -> float:

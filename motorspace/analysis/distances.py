@@ -52,10 +52,17 @@ def metric_error(decoded: Distances, displacements: Distances) -> float:
 
 
 def rank_correlations(*distances: Distances) -> Float[np.ndarray, "V V"]:
-    """Spearman's correlation of every two kinds of distances over the same pairs."""
+    """Spearman's correlation of every two kinds of distances over the same pairs.
+
+    Distances that are all equal, as those of a dead code, have none with any other: 0.
+    """
     from scipy.stats import rankdata
 
-    return np.corrcoef([rankdata(d) for d in distances])
+    ranks = np.stack([rankdata(d) for d in distances])
+    centred = ranks - ranks.mean(axis=1, keepdims=True)
+    norms = np.linalg.norm(centred, axis=1, keepdims=True)
+    centred = centred / np.maximum(norms, 1e-12)
+    return centred @ centred.T
 
 
 def partial(correlations: Float[np.ndarray, "3 3"]) -> float:

@@ -185,7 +185,7 @@ def checked_groups(groups: ArrayLike, num: int) -> collapse.Labels:
     return labels
 
 
-def _with_extra(module: str, measure: Callable[[], float]) -> float | None:
+def _with_extra(module: str, measure: Callable[[], float | None]) -> float | None:
     return measure() if importlib.util.find_spec(module) else None
 
 

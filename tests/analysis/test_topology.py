@@ -100,6 +100,17 @@ def test_codes_that_copy_the_motors_are_told():
     assert found.partial_displacement.mean < found.rank_correlation.mean
 
 
+def test_a_code_that_is_dead_but_for_three_rows_is_told_in_numbers():
+    codes = np.zeros((NUM, 3))
+    codes[:3] = np.eye(3)
+    found = topology(codes, DISPLACEMENTS, rng(1).normal(size=(NUM, 4)))
+    assert abs(found.rank_correlation.mean) < 0.1 and abs(found.partial_motors.mean) < 0.1
+    assert max(found.linear_r2.values()) < 0.02
+    assert found.intrinsic_dimension is None
+    equal = distances.rank_correlations(np.ones(5), np.arange(5.0), np.arange(5.0) ** 2)
+    np.testing.assert_allclose(equal, [[0, 0, 0], [0, 1, 1], [0, 1, 1]], atol=1e-12)
+
+
 def test_a_folded_code_tears_nothing_and_is_not_to_be_trusted():
     folded = POINTS * np.array([1.0, 1.0, 1.0, 0.0])
     found = topology(folded + 1e-9 * rng().normal(size=folded.shape), DISPLACEMENTS)
