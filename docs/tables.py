@@ -185,7 +185,7 @@ def shape(rows: list[Row]) -> list[Row]:
 def turns(rows: list[Row]) -> list[Row]:
     """The collapse ratio by what the members of a group differ in."""
     kinds = [f"collapse, {kind}" for kind in ("split", "permuted", "undone", "head")]
-    counts = [f"{count} full turns" for count in range(4)]
+    counts = [f"{count} full turns" for count in range(topology_summary.MOST_TURNS + 1)]
     return [
         _coded(row) | {name.removeprefix("collapse, "): row.get(name) for name in (*kinds, *counts)}
         for row in _of_cells(rows)

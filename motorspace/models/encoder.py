@@ -216,11 +216,8 @@ class GroupEncoder(AbstractMotorEncoder):
 
 def _quiet(mlp: eqx.nn.MLP) -> eqx.nn.MLP:
     """The network with a last layer of zeros: it says nothing until it has learned to."""
-    return eqx.tree_at(lambda net: net.layers[-1], mlp, replace_fn=_zeros)
-
-
-def _zeros(layer: eqx.nn.Linear) -> eqx.nn.Linear:
-    return jax.tree.map(jnp.zeros_like, layer)
+    last = mlp.layers[-1]
+    return eqx.tree_at(lambda net: net.layers[-1], mlp, jax.tree.map(jnp.zeros_like, last))
 
 
 def matrix_size(code_size: int) -> int:
