@@ -109,8 +109,16 @@ class TrainingConfig:
     fades to none over the epochs of the curriculum."""
     average: float = 0.0
     """Decay of a moving average of the weights, which is what is kept; 0 keeps the last ones."""
+    starts: int = 1
+    """Initial networks that are tried for a tenth of the epochs; the one that predicts best by
+    then is trained."""
     seed: int = 0
     """Seed of the initial weights and of every trajectory."""
+
+    @property
+    def trial_epochs(self) -> int:
+        """Epochs for which every start is tried where there are several."""
+        return max(1, self.epochs // 10)
 
     @property
     def curriculum_epochs(self) -> int:

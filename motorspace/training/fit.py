@@ -2,6 +2,8 @@
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
 
 import equinox as eqx
 import jax
@@ -78,8 +80,14 @@ def init(
     *,
     horizon: int,
     validated: bool = False,
+    start: int = 0,
 ) -> TrainState:
-    """The state before the first epoch; with `validated` it will keep its best network."""
+    """The state before the first epoch; with `validated` it will keep its best network.
+
+    Every `start` of a seed has other initial weights.
+    """
+    if config.starts < 1:
+        raise UserError(f"training needs at least one start, not {config.starts}")
     if config.epochs < 1 or not 1 <= config.batch_size <= config.trajectories_per_epoch:
         raise UserError(
             f"{config.epochs} epochs of {config.trajectories_per_epoch} trajectories in batches "
@@ -87,6 +95,8 @@ def init(
             remedy="ask for at least one epoch, and a batch between 1 and the epoch's size",
         )
     weights_key, _ = jax.random.split(jax.random.key(config.seed))
+    if start > 0:
+        weights_key = jax.random.fold_in(weights_key, start)
     network = build_model(model, scaling, horizon=horizon, key=weights_key)
     moments = optimiser(config).init(eqx.filter(network, eqx.is_inexact_array))
     average = network if config.average > 0 else None
@@ -209,6 +219,8 @@ def fit(
     """
     # The key is an argument and no constant of the program: all seeds share one compiled epoch.
     key = _epochs_key(config.seed)
+    if int(state.epoch) == 0:
+        state = most_promising(config, model, state, source)
     for epoch in range(int(state.epoch), config.epochs):
         state, record = train_epoch(state, source, config, model, key=key)
         logged = _logged(epoch + 1, record)
@@ -217,6 +229,35 @@ def fit(
             logged["validation_loss"] = float(error)
         watch(state, logged)
     return state
+
+
+def most_promising(
+    config: TrainingConfig, model: ModelConfig, state: TrainState, source: ExperienceSource
+) -> TrainState:
+    """Of the seed's starts, the first of which is `state`, the one to train.
+
+    It is the one with the lowest prediction loss after the epochs of the trial, in which all
+    learn from the same data. What they learn in it is forgotten.
+    """
+    horizon, validated = horizon_of(source), state.best is not None
+    begin = partial(init, config, model, state.model.scaling, horizon=horizon, validated=validated)
+    others = [begin(start=start) for start in range(1, config.starts)]
+    if not others:
+        return state
+    starts, key, losses = [state, *others], _epochs_key(config.seed), []
+    for tried in starts:
+        for _ in range(config.trial_epochs):
+            tried, record = train_epoch(tried, source, config, model, key=key)
+        losses.append(float(jnp.nan_to_num(record.prediction_loss, nan=jnp.inf)))
+    return starts[losses.index(min(losses))]
+
+
+def horizon_of(source: ExperienceSource) -> int:
+    """Motor commands per transition (T)."""
+    if isinstance(source, Experience):
+        return source.motors.shape[1]
+    epoch = jax.ShapeDtypeStruct((), jnp.int32)
+    return int(eqx.filter_eval_shape(source, jax.random.key(0), epoch).motors.shape[1])
 
 
 def fit_together(
@@ -233,7 +274,12 @@ def fit_together(
     Pays on a device of many cores. States that are behind, as an interruption leaves them, catch
     up with the others first. `config` says all but the seed.
     """
-    states = list(states)
+    states = [
+        most_promising(replace(config, seed=seed), model, state, source)
+        if int(state.epoch) == 0
+        else state
+        for state, seed in zip(states, seeds, strict=True)
+    ]
     while (now := min(int(state.epoch) for state in states)) < config.epochs:
         behind = [n for n, state in enumerate(states) if int(state.epoch) == now]
         ahead = [int(state.epoch) for state in states if int(state.epoch) > now]

@@ -31,7 +31,7 @@ from motorspace._types import Record, Watch
 from motorspace.models import Model, Scaling
 from motorspace.models.losses import encode_all
 from motorspace.training.config import RunConfig, config_from_json, simulation_scaling
-from motorspace.training.fit import COLLAPSED_BELOW, TrainState, fit, fit_together, init
+from motorspace.training.fit import COLLAPSED_BELOW, TrainState, fit, fit_together, horizon_of, init
 from motorspace.trajectories import Experience, ExperienceSource
 
 FORMAT_VERSION = 1
@@ -98,7 +98,7 @@ def train(
     Raises `UserError` when the folder holds another run, another process trains in it, or the
     loss stops being finite (the last good checkpoint stays).
     """
-    horizon = _horizon(source)
+    horizon = horizon_of(source)
     validated = validation is not None
     state = init(config.training, config.model, scaling, horizon=horizon, validated=validated)
     if folder is None:
@@ -133,7 +133,7 @@ def train_together(
     resume: bool = False,
 ) -> list[Run]:
     """`train` runs that differ by their seed alone as one program: for devices of many cores."""
-    horizon, (first, *_) = _horizon(source), configs
+    horizon, (first, *_) = horizon_of(source), configs
     with ExitStack() as stack:
         keepers = []
         for config, folder in zip(configs, folders, strict=True):
@@ -158,13 +158,6 @@ def initial_run(config: RunConfig) -> Run:
     """A simulated run before its first epoch: a reference for what training adds."""
     scaling, horizon = simulation_scaling(config), config.simulation.horizon
     return Run(config, init(config.training, config.model, scaling, horizon=horizon).model)
-
-
-def _horizon(source: ExperienceSource) -> int:
-    if isinstance(source, Experience):
-        return source.motors.shape[1]
-    epoch = jax.ShapeDtypeStruct((), jnp.int32)
-    return int(eqx.filter_eval_shape(source, jax.random.key(0), epoch).motors.shape[1])
 
 
 def load_run(folder: Path) -> Run:

@@ -30,7 +30,7 @@ from motorspace.models.losses import (
     volume_loss,
 )
 from motorspace.training import fit, init, simulator
-from motorspace.training.fit import train_epoch
+from motorspace.training.fit import most_promising, train_epoch
 
 SMALL = TrainingConfig(epochs=30, trajectories_per_epoch=512, batch_size=64, learning_rate=3e-3)
 SCALING = Scaling((1.0,), (1.0,))
@@ -250,6 +250,46 @@ def test_averaged_weights_are_the_mean_over_updates():
     np.testing.assert_allclose(averaged, 0.75 * begun + 0.25 * ended, rtol=1e-5, atol=1e-7)
 
 
+def test_of_several_starts_the_one_that_predicts_best_at_first_is_trained():
+    """One of the starts is trained for the whole run, as if it were the only one."""
+    experience = linear_experience(512)
+    config = replace(SMALL, starts=3, seed=4)
+    alone = replace(config, starts=1)
+    tried, logs = [], []
+    for start in range(3):
+        log = []
+        state = init(alone, NETWORK, SCALING, horizon=3, start=start)
+        state = fit(alone, NETWORK, state, experience, watch=lambda s, r, log=log: log.append(r))
+        tried.append(state)
+        logs.append(log)
+    early = [log[config.trial_epochs - 1]["prediction_loss"] for log in logs]
+    assert config.trial_epochs == 3
+    assert len(set(early)) == 3
+    best = early.index(min(early))
+    assert best != 0, "the seed is one at which starting again helps"
+    log = []
+    state = init(config, NETWORK, SCALING, horizon=3)
+    state = fit(config, NETWORK, state, experience, watch=lambda s, r: log.append(r))
+    assert log == logs[best]
+    for got, wanted in zip(
+        jax.tree.leaves(state.model), jax.tree.leaves(tried[best].model), strict=True
+    ):
+        np.testing.assert_array_equal(got, wanted)
+
+
+def test_a_start_whose_loss_is_not_finite_is_no_better_than_others():
+    experience = linear_experience(512)
+    config = replace(SMALL, starts=2, epochs=2)
+    first, second = (init(config, NETWORK, SCALING, horizon=3, start=start) for start in (0, 1))
+    broken = eqx.tree_at(
+        lambda s: s.model.predictor.mlp.layers[0].weight, first, replace_fn=lambda w: w * jnp.nan
+    )
+    chosen = most_promising(config, NETWORK, broken, experience)
+    assert jnp.array_equal(
+        chosen.model.predictor.mlp.layers[0].weight, second.model.predictor.mlp.layers[0].weight
+    )
+
+
 def test_without_fresh_trajectories_every_epoch_sees_the_same():
     simulation = SimulationConfig(horizon=2, layout="empty")
     training = TrainingConfig(epochs=10, trajectories_per_epoch=50, curriculum=0.0)
@@ -264,3 +304,8 @@ def test_without_fresh_trajectories_every_epoch_sees_the_same():
 def test_impossible_training_is_refused(change):
     with pytest.raises(UserError, match="are no training; ask for at least one epoch"):
         init(replace(SMALL, **change), NETWORK, SCALING, horizon=3)
+
+
+def test_training_needs_a_start():
+    with pytest.raises(UserError, match="needs at least one start, not 0"):
+        init(replace(SMALL, starts=0), NETWORK, SCALING, horizon=3)
