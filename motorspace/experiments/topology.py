@@ -31,17 +31,16 @@ from motorspace.training.fit import TrainState, fit, init
 Changes = dict[str, dict[str, Any]]
 
 BEST: Changes = {
-    "model": {"encoder": "group", "hidden_size": 64, "code_size": 6, "volume_weight": 1.0},
-    "training": {"learning_rate": 3e-3, "code_noise": 0.3},
+    "model": {"encoder": "group", "hidden_size": 64, "code_size": 6, "isometry_weight": 1.0},
+    "training": {"learning_rate": 4e-3, "curriculum": 0.1, "starts": 3},
 }
 """What the preset `best` changes in the paper's system."""
 
 PRESETS: dict[str, Changes] = {"best": BEST, "paper": {}}
 
-SMALLER_STEP: Changes = {"training": {"learning_rate": 3e-3}}
-
 ABLATION: dict[str, Changes] = {
-    "smaller step": SMALLER_STEP,
+    "smaller step": {"training": {"learning_rate": 3e-3}},
+    "shorter curriculum": {"training": {"curriculum": 0.1}},
     "noise on the code": {"training": {"code_noise": 0.3}},
     "mixed horizons": {"simulation": {"min_horizon": 1}},
     "smaller code": {"model": {"code_size": 10}},
@@ -51,8 +50,8 @@ ABLATION: dict[str, Changes] = {
     "gru": {"model": {"encoder": "gru"}},
     "linear recurrence": {"model": {"encoder": "linear"}},
     "attention": {"model": {"encoder": "attention"}},
-    "group, no noise": BEST | SMALLER_STEP,
-    "group, volumes free": BEST | {"model": {**BEST["model"], "volume_weight": 0.0}},
+    "group, noise on the code": BEST | {"training": {**BEST["training"], "code_noise": 0.3}},
+    "group, lengths free": BEST | {"model": {**BEST["model"], "isometry_weight": 0.0}},
     "group of 6 x 6": BEST | {"model": {**BEST["model"], "code_size": 30}},
 }
 """What may organise codes better: one change to the paper's system, or to `best` ("group")."""

@@ -28,8 +28,8 @@ class ModelConfig:
     composition_weight: float = 0.0
     """Weight of telling the code of a sequence from those of its halves, which the paper does not
     have; 0 leaves it out."""
-    volume_weight: float = 0.0
-    """Weight of commands that keep volumes, of the encoder group alone; it sets in when the
+    isometry_weight: float = 0.0
+    """Weight of commands that keep lengths, of the encoder group alone; it grows from 0 once the
     curriculum is over. The paper does not have it; 0 leaves it out."""
     train_encoder: bool = True
     """False leaves the encoder at its initial weights: a reference for what training adds."""

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from motorspace._errors import UserError
-from motorspace._types import Code, Count, Key, Motors, Scalar
+from motorspace._types import Code, Count, Key, Motors
 
 EncoderName = Literal[
     "lstm", "gru", "linear", "attention", "group", "sum", "mlp", "none", "identity"
@@ -205,9 +205,9 @@ class GroupEncoder(AbstractMotorEncoder):
         last = self._matrix(self.readout, motors[num_steps - 1])
         return _product(product, last)[:-1].reshape(-1)
 
-    def volume(self, motor: Array) -> Scalar:
-        """The factor by which a command scales volumes: 1 for whatever only moves things."""
-        return jnp.linalg.det(self._matrix(self.transition, motor)[:-1, :-1])
+    def linear_part(self, motor: Array) -> Matrix:
+        """What a command does to directions: A without its translation."""
+        return self._matrix(self.transition, motor)[:-1, :-1]
 
     def _matrix(self, mlp: eqx.nn.MLP, motor: Array) -> Matrix:
         """The identity and what the network adds to all but its last row."""

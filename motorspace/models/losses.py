@@ -67,18 +67,19 @@ def composition_loss(model: Model, batch: Experience, codes: Codes) -> Scalar:
     return jnp.mean(jnp.where(batch.num_steps > 1, errors, 0.0)) / spread(codes)
 
 
-def volume_loss(model: Model, batch: Experience) -> Scalar:
-    """Mean squared deviation from 1 of the factors by which the commands scale volumes.
+def isometry_loss(model: Model, batch: Experience) -> Scalar:
+    """Mean squared deviation of the commands from such as keep lengths.
 
-    mean (det A(m) - 1)^2, A without its translation: small growth with each command adds up over
-    many of them. Encoders without such matrices have none.
+    mean || A(m)^T A(m) - 1 ||_F^2, A without its translation: small growth with each command adds
+    up over many of them. Encoders without such matrices have none.
     """
     if not isinstance(model.encoder, GroupEncoder):
         return jnp.zeros(())
-    volumes = jax.vmap(jax.vmap(model.encoder.volume))(
+    linear = jax.vmap(jax.vmap(model.encoder.linear_part))(
         batch.motors / jnp.array(model.scaling.motors)
     )
-    return jnp.mean((volumes - 1) ** 2)
+    gram = jnp.swapaxes(linear, -1, -2) @ linear
+    return jnp.mean(jnp.sum((gram - jnp.eye(gram.shape[-1])) ** 2, axis=(-2, -1)))
 
 
 def noisy(codes: Codes, amount: Scalar, *, key: Key) -> Codes:

@@ -20,10 +20,10 @@ from motorspace.models.losses import (
     encode_all,
     encode_last_two,
     inverse_loss,
+    isometry_loss,
     noisy,
     prediction_loss,
     slowness_loss,
-    volume_loss,
 )
 from motorspace.training.config import TrainingConfig
 from motorspace.trajectories import Experience, ExperienceSource
@@ -122,8 +122,7 @@ def train_epoch(
     adam, slow = optimiser(config), model_config.slowness_weight > 0
     batches = _batches(source, config, state.epoch, key=epoch_key)
     noise_keys = jax.random.split(jax.random.fold_in(epoch_key, 1), _num_updates(config))
-    youth = _youth(config, state.epoch)
-    noise = config.code_noise * youth
+    noise = config.code_noise * _youth(config, state.epoch)
     trainable, fixed = eqx.partition(state.model, eqx.is_inexact_array)
 
     def loss(trainable: Model, batch: Experience, key: Key) -> tuple[Scalar, EpochRecord]:
@@ -143,10 +142,10 @@ def train_epoch(
         total = prediction + model_config.inverse_weight * inverse
         if slow:
             total += model_config.slowness_weight * slowness_loss(codes, earlier)
-        if model_config.volume_weight > 0:
-            # Whole turns fold while sequences are short; kept volumes would hinder that.
-            grown = jnp.where(youth > 0, 0.0, 1.0)
-            total += model_config.volume_weight * grown * volume_loss(model, batch)
+        if model_config.isometry_weight > 0:
+            # Whole turns fold while sequences are short; kept lengths would hinder that.
+            weight = model_config.isometry_weight * _maturity(config, state.epoch)
+            total += weight * isometry_loss(model, batch)
         total += model_config.composition_weight * composition_loss(model, batch, codes)
         return total, record
 
@@ -178,6 +177,11 @@ def _with_fixed_encoder(model: Model) -> Model:
 def _youth(config: TrainingConfig, epoch: Count) -> Scalar:
     """From 1 to 0 over the epochs of the curriculum."""
     return jnp.maximum(0.0, 1 - (epoch + 1) / (config.curriculum_epochs + 1))
+
+
+def _maturity(config: TrainingConfig, epoch: Count) -> Scalar:
+    """From 0 at the end of the curriculum to 1 after as many epochs again."""
+    return jnp.clip(epoch / max(1, config.curriculum_epochs) - 1, 0.0, 1.0)
 
 
 def _num_updates(config: TrainingConfig) -> int:

@@ -23,11 +23,11 @@ from motorspace.models.losses import (
     encode_all,
     encode_last_two,
     inverse_loss,
+    isometry_loss,
     noisy,
     prediction_loss,
     slowness_loss,
     spread,
-    volume_loss,
 )
 from motorspace.training import fit, init, simulator
 from motorspace.training.fit import most_promising, train_epoch
@@ -66,7 +66,7 @@ def test_a_model_without_motors_cannot_beat_the_spread_of_the_displacement():
 
 
 def test_an_untrained_encoder_stays_as_it_was():
-    other_losses = {"composition_weight": 1.0, "volume_weight": 1.0}
+    other_losses = {"composition_weight": 1.0, "isometry_weight": 1.0}
     network = replace(NETWORK, encoder="group", code_size=6, train_encoder=False, **other_losses)
     config = replace(SMALL, epochs=2)
     state = init(config, network, SCALING, horizon=3)
@@ -146,24 +146,24 @@ def test_composition_is_judged_by_the_halves_of_a_sequence_and_one_command_has_n
     assert all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(slope(model)))
 
 
-def test_commands_are_made_to_keep_volumes_once_the_curriculum_is_over():
+def test_commands_are_made_to_keep_lengths_once_the_curriculum_is_over():
     experience = linear_experience(512)
-    network = replace(NETWORK, encoder="group", code_size=6, volume_weight=1.0)
+    network = replace(NETWORK, encoder="group", code_size=6, isometry_weight=1.0)
     config = replace(SMALL, epochs=16, curriculum=0.5)
     lost = []
 
     def watch(state, _):
-        lost.append(float(volume_loss(state.model, experience)))
+        lost.append(float(isometry_loss(state.model, experience)))
 
     state = init(config, network, SCALING, horizon=3)
     model = fit(config, network, state, experience, watch=watch).model
     assert lost[15] < 0.2 * min(lost[:8])
-    encoder = model.encoder
-    volumes = jax.vmap(encoder.volume)(experience.motors[:, 0])
-    matrices = [encoder._matrix(encoder.transition, motor) for motor in experience.motors[:3, 0]]
-    np.testing.assert_allclose(volumes[:3], np.linalg.det(np.stack(matrices)), rtol=1e-3)
+    linear = [model.encoder.linear_part(motor) for motor in experience.motors.reshape(-1, 1)]
+    stretched = [np.linalg.svd(part, compute_uv=False) ** 2 - 1 for part in linear]
+    by_hand = np.mean(np.sum(np.square(stretched), axis=1))
+    assert isometry_loss(model, experience) == pytest.approx(by_hand, rel=1e-3)
     lstm = build_model(NETWORK, SCALING, horizon=3, key=jax.random.key(0))
-    assert volume_loss(lstm, experience) == 0.0
+    assert isometry_loss(lstm, experience) == 0.0
 
 
 def replace_steps(experience: Experience, num: int) -> Experience:

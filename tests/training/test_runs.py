@@ -106,11 +106,11 @@ def test_a_run_from_before_a_flag_existed_is_continued(tmp_path):
     trained(tmp_path)
     path = tmp_path / "config.json"
     described = json.loads(path.read_text())
-    assert described["config"]["model"].pop("volume_weight") == 0.0
+    assert described["config"]["model"].pop("isometry_weight") == 0.0
     path.write_text(json.dumps(described))
     assert trained(tmp_path, resume=True).config == TINY
-    other = replace(TINY, model=replace(TINY.model, volume_weight=1.0))
-    with pytest.raises(UserError, match=r"another configuration \(different: volume_weight\)"):
+    other = replace(TINY, model=replace(TINY.model, isometry_weight=1.0))
+    with pytest.raises(UserError, match=r"another configuration \(different: isometry_weight\)"):
         trained(tmp_path, other, resume=True)
 
 
