@@ -65,7 +65,7 @@ TEST_TRAJECTORIES: dict[Budget, int] = {
     "paper": 1_000_000,
 }
 
-SOURCES = {
+SOURCES: dict[Part, references.Lesson] = {
     "oracle": references.oracle,
     "shuffled": references.shuffled,
     "supervised": references.supervised,
@@ -84,6 +84,13 @@ class Job:
     config: RunConfig
     part: Part = "model"
     measure: Callable[[Run, int], dict[str, Any]] = measure
+    learns_from: references.Lesson | None = None
+    """Where that is not what its part learns from."""
+
+    @property
+    def lesson(self) -> references.Lesson:
+        """What makes the run's experience."""
+        return self.learns_from or SOURCES.get(self.part, references.learned)
 
     @property
     def folder(self) -> str:
@@ -213,7 +220,7 @@ def run_job(
     if job.part == "initial":
         run = initial_run(job.config)
     else:
-        source, scaling = SOURCES.get(job.part, references.learned)(job.config)
+        source, scaling = job.lesson(job.config)
         run = train(job.config, source, scaling, folder, resume=True, watch=watch)
     made = {"name": job.name, "part": job.part, "date": date.today().isoformat()}
     measured = made | job.measure(run, num_test)

@@ -5,14 +5,16 @@ from collections.abc import Callable
 import jax
 import jax.numpy as jnp
 
-from motorspace._types import Count, Key
+from motorspace._types import Count, Displacement, Key, Motors, Pose
 from motorspace.analysis.baselines import with_displacement_as_motors
 from motorspace.analysis.probes import displacement_targets
 from motorspace.models import Scaling
 from motorspace.training import RunConfig, fresh_experience, simulation_scaling, simulator
-from motorspace.trajectories import Experience, ExperienceSource
+from motorspace.trajectories import Experience, ExperienceSource, Trajectories
+from motorspace.worlds.simulation import nominal_displacement
 
 Source = Callable[[Key, Count], Experience]
+Lesson = Callable[[RunConfig], tuple[ExperienceSource, Scaling]]
 
 
 def learned(config: RunConfig) -> tuple[ExperienceSource, Scaling]:
@@ -23,11 +25,39 @@ def learned(config: RunConfig) -> tuple[ExperienceSource, Scaling]:
 def oracle(config: RunConfig) -> tuple[Source, Scaling]:
     """Fresh experience whose command is the true displacement itself."""
     draw, reach = simulator(config), float(config.simulation.horizon)
-    sensors = simulation_scaling(config).sensors
     return (
         lambda key, epoch: with_displacement_as_motors(draw(key, epoch), reach),
-        Scaling(sensors, (1.0,) * 4),
+        _told_scaling(config),
     )
+
+
+def _told_scaling(config: RunConfig) -> Scaling:
+    return Scaling(simulation_scaling(config).sensors, (1.0,) * 4)
+
+
+def misjudged(config: RunConfig, angle: float) -> tuple[Source, Scaling]:
+    """Fresh experience whose command is what the displacement seems to be to a body that takes
+    its turns for `angle` times what they are; no walls bar its way."""
+    draw = simulator(config)
+    return (
+        lambda key, epoch: misjudged_experience(config, draw(key, epoch), angle),
+        _told_scaling(config),
+    )
+
+
+def misjudged_experience(config: RunConfig, drawn: Trajectories, angle: float) -> Experience:
+    """The same of trajectories; of agents whose first command is their only turn."""
+    _, agent, _ = config.simulation.build()
+    experience = drawn.experience
+    here = Pose(*[jnp.zeros(())] * 4)
+
+    def seems(motors: Motors, num_steps: Count) -> Displacement:
+        taken = motors * jnp.ones(motors.shape[1]).at[0].set(angle)
+        return nominal_displacement(agent, here, taken, num_steps)
+
+    seeming = jax.vmap(seems)(experience.motors, experience.num_steps)
+    told = Trajectories(experience, drawn.displacements._replace(achieved=seeming))
+    return with_displacement_as_motors(told, float(config.simulation.horizon))
 
 
 def shuffled(config: RunConfig) -> tuple[Source, Scaling]:

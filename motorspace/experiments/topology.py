@@ -1,17 +1,18 @@
 """Presets, and what organises codes better: runs as data, and their rows beside references."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import partial
 from typing import Any
 
 import jax
 
-from motorspace._types import Record
+from motorspace._types import Key, Record
 from motorspace.analysis import circle
 from motorspace.analysis.coordinates import displacement_coordinates
+from motorspace.analysis.errors import prediction_errors
 from motorspace.analysis.projections import pca
-from motorspace.experiments import paper
-from motorspace.experiments.measurement import measure
+from motorspace.experiments import paper, references
+from motorspace.experiments.measurement import TEST_SEED, draw_test, measure
 from motorspace.experiments.organisation import (
     Codes,
     Encode,
@@ -27,6 +28,7 @@ from motorspace.reports import figures
 from motorspace.reports.page import Section, report_page
 from motorspace.training import Run, fresh_experience, simulation_scaling
 from motorspace.training.fit import TrainState, fit, init
+from motorspace.trajectories import Experience
 
 Changes = dict[str, dict[str, Any]]
 
@@ -149,6 +151,42 @@ def closed(run: Run, num: int) -> dict[str, Any]:
         "probe_r2": found.topology.linear_r2,
         "nonlinear_r2": found.topology.nonlinear_r2,
     }
+
+
+ANGLES = (0.8, 0.9, 1.0, 1.1, 1.25)
+ANGLE_ROTATIONS = (0.2, 0.4, 0.8)
+
+
+def angle_jobs(budget: paper.Budget, *, seeds: int) -> list[paper.Job]:
+    """The runs that show how much prediction minds codes whose angles are wrong by a factor.
+
+    The predictor is told what displacements seem to be to a forward agent that takes its turns
+    for more or less than they are.
+    """
+    return [
+        paper.Job(
+            f"angle/{rotation} x {angle}",
+            paper.variant(paper.cell("forward", rotation, budget, seed), "oracle"),
+            "oracle",
+            partial(told_misjudged, angle=angle),
+            partial(references.misjudged, angle=angle),
+        )
+        for seed in range(seeds)
+        for rotation in ANGLE_ROTATIONS
+        for angle in ANGLES
+    ]
+
+
+def told_misjudged(run: Run, num: int, *, angle: float) -> dict[str, Any]:
+    """Prediction errors of a run that was told such displacements."""
+    config = run.config
+
+    def draw(key: Key, count: int) -> Experience:
+        return references.misjudged_experience(config, draw_test(config, count, key=key), angle)
+
+    key = jax.random.key(TEST_SEED + config.training.seed)
+    errors = prediction_errors(run.predict, draw, num=num, key=key)
+    return _unpredicted(run) | {"errors": asdict(errors)}
 
 
 FOLDING_CELL = ("forward", 0.8)

@@ -26,6 +26,7 @@ def gathered(results: Sequence[Row], budget: paper.Budget) -> dict[str, Row]:
         "ablation": ablation_rows,
         "closing": closing_rows,
         "folding": folding_rows,
+        "angle": angle_rows,
     }
     return gather(results, makers, budget, experiment="topology")
 
@@ -92,6 +93,24 @@ def folding_rows(results: Sequence[Row]) -> list[Row]:
                 values = [r["course"][index][turns] for r in runs if turns in r["course"][index]]
                 row = {"row": name, "epoch": told["epoch"], "turns": turns, "seeds": len(values)}
                 rows.append(row | {"ratio": interval(values)})
+    return rows
+
+
+def angle_rows(results: Sequence[Row]) -> list[Row]:
+    """One row for each rotation and factor by which angles are wrong: the error of prediction."""
+    rows = []
+    for rotation in topology.ANGLE_ROTATIONS:
+        told = {
+            angle: {run["seed"]: run["errors"]["model"] for run in runs}
+            for angle in topology.ANGLES
+            if (runs := _named(results, f"angle/{rotation} x {angle}"))
+        }
+        for angle, errors in told.items():
+            # Seeds share their data and initial weights: what differs is the angle alone.
+            ratios = [errors[s] / told[1.0][s] for s in errors if s in told.get(1.0, {})]
+            row: Row = {"rotation": rotation, "angle": angle, "seeds": len(errors)}
+            row |= {"error": interval([*errors.values()])}
+            rows.append(row | ({"ratio": interval(ratios)} if ratios else {}))
     return rows
 
 

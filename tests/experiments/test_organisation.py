@@ -79,8 +79,37 @@ def test_shuffled_targets_are_those_of_other_sequences():
     assert told.later_sensors.shape == (50, 4) and not told.sensors.any()
 
 
+def test_a_misjudged_angle_changes_what_displacement_the_predictor_is_told():
+    config = paper.variant(paper.cell("forward", 0.4, "quick", 0), "oracle")
+    config = replace(config, training=replace(config.training, trajectories_per_epoch=50))
+    key, epoch = jax.random.key(0), jax.numpy.array(0)
+    true = references.oracle(config)[0](key, epoch)
+    right = references.misjudged(config, 1.0)[0](key, epoch)
+    np.testing.assert_allclose(right.motors, true.motors, atol=1e-5)
+    drawn = references.learned(config)[0](key, epoch)
+    double = references.misjudged(config, 2.0)[0](key, epoch)
+    taken = np.asarray(drawn.motors) * [2.0, 1.0]
+    x, y, turn = organisation.nominal(AGENT, taken).T
+    told = np.stack([x / 6, y / 6, np.cos(turn), np.sin(turn)], axis=1)
+    np.testing.assert_allclose(double.motors[:, 0], told, atol=1e-5)
+    np.testing.assert_array_equal(double.later_sensors, true.later_sensors)
+
+
+def test_errors_of_misjudged_angles_are_compared_within_a_seed():
+    runs = [
+        {"name": f"angle/0.2 x {angle}", "seed": seed, "errors": {"model": factor * (1 + seed)}}
+        for seed in range(2)
+        for angle, factor in ((0.9, 1.5), (1.0, 1.0))
+    ]
+    wrong, right = topology_summary.angle_rows(runs)
+    assert (wrong["angle"], wrong["error"]["mean"], wrong["ratio"]["mean"]) == (0.9, 2.25, 1.5)
+    assert wrong["ratio"]["low"] == wrong["ratio"]["high"] == 1.5
+    assert right["ratio"]["mean"] == 1.0
+
+
 def test_every_job_has_a_folder_of_its_own_and_every_row_a_job():
     jobs = topology.topology_jobs("fifth", seeds=2) + topology.ablation_jobs("fifth", seeds=2)
+    jobs += topology.closing_jobs("fifth", seeds=2) + topology.angle_jobs("fifth", seeds=2)
     folders = [job.folder for job in jobs]
     assert len(set(folders)) == len(folders)
     named = {job.name for job in jobs}
