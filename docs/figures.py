@@ -26,12 +26,14 @@ def main() -> None:
     found = list(finished(RUNS / "fifth"))
     rows = topology_summary.topology_rows(found)
     closing, ablation = topology_summary.closing_rows(found), topology_summary.ablation_rows(found)
+    angles = topology_summary.angle_rows(found)
     drawn = {
         "topology": topology_figures.organisation_figure(rows),
         "topology-turns": topology_figures.turns_figure(rows),
         "topology-drawn": topology_figures.drawn_figure(topology_summary.drawn_rows(rows)),
         "topology-lengths": topology_figures.lengths_figure(rows, rotation=REFERENCE_ROTATION),
         "topology-folding": topology_figures.folding_figure(topology_summary.folding_rows(found)),
+        "topology-angle": topology_figures.angle_figure(angles),
         "topology-closing": topology_figures.changes_figure(closing, "turns", CLOSING),
         "topology-ablation": topology_figures.changes_figure(ablation, "change", ABLATION),
     }

@@ -218,6 +218,15 @@ def ablation(rows: list[Row]) -> list[Row]:
     return [{"changed": row["change"]} | {c: row.get(c) for c in columns} for row in rows]
 
 
+def angle(rows: list[Row]) -> list[Row]:
+    """Errors of predictors that are told displacements with wrong angles."""
+    return [
+        {"r": f"{row['rotation']} pi", "angle taken for": f"{row['angle']:g} times"}
+        | {"seeds": row["seeds"], "error": row["error"], "error / that of 1": row.get("ratio")}
+        for row in rows
+    ]
+
+
 def rates(rows: list[Row]) -> list[Row]:
     """Ours beside every peer, the median and the range over launches."""
 
@@ -293,6 +302,7 @@ TABLES: dict[str, tuple[str, Callable[[list[Row]], list[Row]]]] = {
     "topology_lengths": ("topology", lengths),
     "ablation": ("ablation", ablation),
     "closing": ("closing", list),
+    "angle": ("angle", angle),
 }
 
 

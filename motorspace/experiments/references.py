@@ -11,6 +11,7 @@ from motorspace.analysis.probes import displacement_targets
 from motorspace.models import Scaling
 from motorspace.training import RunConfig, fresh_experience, simulation_scaling, simulator
 from motorspace.trajectories import Experience, ExperienceSource, Trajectories
+from motorspace.worlds import AbstractAgent
 from motorspace.worlds.simulation import nominal_displacement
 
 Source = Callable[[Key, Count], Experience]
@@ -38,16 +39,15 @@ def _told_scaling(config: RunConfig) -> Scaling:
 def misjudged(config: RunConfig, angle: float) -> tuple[Source, Scaling]:
     """Fresh experience whose command is what the displacement seems to be to a body that takes
     its turns for `angle` times what they are; no walls bar its way."""
-    draw = simulator(config)
+    draw, (_, agent, _) = simulator(config), config.simulation.build()
     return (
-        lambda key, epoch: misjudged_experience(config, draw(key, epoch), angle),
+        lambda key, epoch: misjudged_experience(agent, draw(key, epoch), angle),
         _told_scaling(config),
     )
 
 
-def misjudged_experience(config: RunConfig, drawn: Trajectories, angle: float) -> Experience:
+def misjudged_experience(agent: AbstractAgent, drawn: Trajectories, angle: float) -> Experience:
     """The same of trajectories; of agents whose first command is their only turn."""
-    _, agent, _ = config.simulation.build()
     experience = drawn.experience
     here = Pose(*[jnp.zeros(())] * 4)
 
@@ -57,7 +57,7 @@ def misjudged_experience(config: RunConfig, drawn: Trajectories, angle: float) -
 
     seeming = jax.vmap(seems)(experience.motors, experience.num_steps)
     told = Trajectories(experience, drawn.displacements._replace(achieved=seeming))
-    return with_displacement_as_motors(told, float(config.simulation.horizon))
+    return with_displacement_as_motors(told, float(experience.motors.shape[1]))
 
 
 def shuffled(config: RunConfig) -> tuple[Source, Scaling]:

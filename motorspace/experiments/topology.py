@@ -180,9 +180,10 @@ def angle_jobs(budget: paper.Budget, *, seeds: int) -> list[paper.Job]:
 def told_misjudged(run: Run, num: int, *, angle: float) -> dict[str, Any]:
     """Prediction errors of a run that was told such displacements."""
     config = run.config
+    _, agent, _ = config.simulation.build()
 
     def draw(key: Key, count: int) -> Experience:
-        return references.misjudged_experience(config, draw_test(config, count, key=key), angle)
+        return references.misjudged_experience(agent, draw_test(config, count, key=key), angle)
 
     key = jax.random.key(TEST_SEED + config.training.seed)
     errors = prediction_errors(run.predict, draw, num=num, key=key)

@@ -111,6 +111,18 @@ def folding_figure(rows: Sequence[Row]) -> Figure:
     return figure
 
 
+def angle_figure(rows: Sequence[Row]) -> Figure:
+    """How much worse the sensors are predicted where angles are wrong by a factor."""
+    figure = Figure(figsize=(5.2, 4), layout="constrained")
+    axes = figure.add_subplot()
+    for rotation in sorted({r["rotation"] for r in rows}):
+        curve = [r for r in rows if r["rotation"] == rotation and "ratio" in r]
+        _line(axes, f"r = {rotation} pi", [(r["angle"], r["ratio"]) for r in curve])
+    axes.set(xlabel="angles are taken for ... times what they are", ylabel="error / that with 1")
+    axes.legend()
+    return figure
+
+
 def changes_figure(rows: Sequence[Row], label: str, panels: Mapping[str, str]) -> Figure:
     """One line for each row, called by its `label`; a panel for each measure, {name: title}."""
     size = (1.5 + 3 * len(panels), 1.2 + 0.26 * len(rows))
