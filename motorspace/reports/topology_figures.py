@@ -129,7 +129,7 @@ def changes_figure(rows: Sequence[Row], label: str, panels: Mapping[str, str]) -
     figure = Figure(figsize=size, layout="constrained")
     places = range(len(rows))
     for axes, (name, title) in zip(
-        figure.subplots(1, len(panels), sharey=True), panels.items(), strict=True
+        figure.subplots(1, len(panels), sharey=True, squeeze=False)[0], panels.items(), strict=True
     ):
         low, mean, high = ([row[name][k] for row in rows] for k in ("low", "mean", "high"))
         axes.hlines(places, low, high, color="tab:blue")
@@ -149,12 +149,14 @@ def _curves(rows: Sequence[Row]) -> dict[tuple[str, str], list[Row]]:
     }
 
 
-def _preset_line(axes: Axes, label: tuple[str, str], points: Sequence[tuple[float, Row]]) -> None:
+def _preset_line(
+    axes: Axes, label: tuple[str, str], points: Sequence[tuple[float | int, Row]]
+) -> None:
     agent, name = label
     _line(axes, f"{agent}, {name}", points, color=COLOURS[agent], ls=STYLES[name])
 
 
-def _line(axes: Axes, label: str, points: Sequence[tuple[float, Row]], **style: Any) -> None:
+def _line(axes: Axes, label: str, points: Sequence[tuple[float | int, Row]], **style: Any) -> None:
     x = [value for value, _ in points]
     low, mean, high = ([found[k] for _, found in points] for k in ("low", "mean", "high"))
     drawn = axes.plot(x, mean, marker="o", ms=3.5, label=label, **style)

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from motorspace import ForwardAgent, RangeFan, layout, rollout
-from motorspace.reports import figures
+from motorspace.reports import figures, topology_figures
 from motorspace.reports.page import Section, markdown_table, report_page, shown
 
 RNG = np.random.default_rng(0)
@@ -29,6 +29,57 @@ def test_every_figure_becomes_a_png():
         assert figures.png(figure, dots_per_inch=40).startswith(b"\x89PNG")
     assert len(drawn[3].axes) == 6  # three panels, each with its colour bar
     assert len(drawn[0].axes[0].patches) == 5  # the solids
+
+
+def told(mean):
+    return {"mean": mean, "low": 0.9 * mean, "high": 1.1 * mean}
+
+
+def test_the_figures_of_organisation_show_every_row():
+    measures = [name for name, *_ in topology_figures.PANELS]
+    cells = [
+        {
+            "agent": agent,
+            "row": preset,
+            "rotation": rotation,
+            "T = 1": told(0.1),
+            "T = 6": told(0.2),
+        }
+        | {f"{n} full turns": told(0.5) for n in range(3)}
+        | {name: told(0.7) for name in measures}
+        for agent in ("forward", "holonomic")
+        for preset in ("best", "paper")
+        for rotation in (0.4, 0.8)
+    ]
+    panels = topology_figures.organisation_figure(cells).axes
+    assert [len(axes.lines) for axes in panels[:2]] == [5, 5], "four curves and the target"
+    assert [len(axes.lines) for axes in topology_figures.turns_figure(cells).axes] == [2] * 4
+    (axes,) = topology_figures.lengths_figure(cells, rotation=0.8).axes
+    np.testing.assert_array_equal(axes.lines[0].get_xdata(), [1, 6])
+    drawn = [
+        {"agent": agent, "row": "best", "turns": 1, "drawn": share, "ratio": told(0.5)}
+        for agent in ("forward", "holonomic")
+        for share in (0.0, 0.2)
+    ]
+    for axes in topology_figures.drawn_figure(drawn).axes:
+        np.testing.assert_array_equal(axes.lines[0].get_xdata(), [0.0, 0.2])
+    course = [
+        {"row": preset, "turns": turns, "epoch": epoch, "ratio": told(0.5)}
+        for preset in ("best", "paper")
+        for turns in ("1", "2")
+        for epoch in (50, 100)
+    ]
+    assert [len(axes.lines) for axes in topology_figures.folding_figure(course).axes] == [2, 2]
+    angles = [
+        {"rotation": rotation, "angle": angle, "ratio": told(1.1)}
+        for rotation in (0.2, 0.8)
+        for angle in (0.9, 1.0)
+    ]
+    (axes,) = topology_figures.angle_figure(angles).axes
+    assert [line.get_label() for line in axes.lines] == ["r = 0.2 pi", "r = 0.8 pi"]
+    changes = [{"change": name, "error": told(2.0)} for name in ("one", "other")]
+    (axes,) = topology_figures.changes_figure(changes, "change", {"error": "error"}).axes
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["one", "other"]
 
 
 def test_tables_show_means_with_their_range_and_gaps_as_dashes():
