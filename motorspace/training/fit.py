@@ -87,7 +87,9 @@ def init(
     Every `start` of a seed has other initial weights.
     """
     if config.starts < 1:
-        raise UserError(f"training needs at least one start, not {config.starts}")
+        raise UserError(
+            f"{config.starts} starts are no training", remedy="ask for at least one start"
+        )
     if config.epochs < 1 or not 1 <= config.batch_size <= config.trajectories_per_epoch:
         raise UserError(
             f"{config.epochs} epochs of {config.trajectories_per_epoch} trajectories in batches "

@@ -307,5 +307,5 @@ def test_impossible_training_is_refused(change):
 
 
 def test_training_needs_a_start():
-    with pytest.raises(UserError, match="needs at least one start, not 0"):
+    with pytest.raises(UserError, match="0 starts are no training; ask for at least one start"):
         init(replace(SMALL, starts=0), NETWORK, SCALING, horizon=3)
