@@ -154,7 +154,7 @@ def closed(run: Run, num: int) -> dict[str, Any]:
 
 
 ANGLES = (0.8, 0.9, 1.0, 1.1, 1.25)
-ANGLE_ROTATIONS = (0.2, 0.4, 0.8)
+ANGLE_ROTATIONS = (0.2, 0.8)
 
 
 def angle_jobs(budget: paper.Budget, *, seeds: int) -> list[paper.Job]:
