@@ -72,7 +72,7 @@ def drawn_figure(rows: Sequence[Row]) -> Figure:
         axes.set_xscale("symlog", linthresh=1e-5)  # three turns may never be drawn
         axes.set_xlim(left=-5e-6)
     figure.axes[0].set_ylabel("squared distance / all pairs'")
-    figure.axes[1].legend(fontsize=8, loc="center left")
+    figure.axes[0].legend(fontsize=8, loc="center left")
     return figure
 
 
