@@ -217,6 +217,7 @@ def fit(
 ) -> TrainState:
     """Train from `state` to the configured number of epochs.
 
+    Before the first of them the most promising of the seed's starts takes the place of `state`.
     `source` is a fixed `Experience` (batches are drawn with replacement) or a function from a key
     and the epoch to fresh transitions. With `validation` data the state keeps the network that
     has predicted them best after any epoch. `watch` is called after every epoch with the state
