@@ -220,10 +220,15 @@ def ablation(rows: list[Row]) -> list[Row]:
 
 def angle(rows: list[Row]) -> list[Row]:
     """Errors of predictors that are told displacements with wrong angles."""
+
+    def percent(ratio: Row) -> Row:
+        return {end: 100 * (value - 1) for end, value in ratio.items()}
+
     return [
         {"r": f"{row['rotation']} pi", "angle taken for": f"{row['angle']:g} times"}
-        | {"seeds": row["seeds"], "error": row["error"], "error / that of 1": row.get("ratio")}
+        | {"seeds": row["seeds"], "error": row["error"], "more, %": percent(row["ratio"])}
         for row in rows
+        if "ratio" in row
     ]
 
 
