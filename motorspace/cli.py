@@ -82,7 +82,7 @@ def train_command(
         source, scaling = recorded.train.experience, recorded.scaling
         validation = recorded.validation.experience
     if run.training.starts > 1 and not resume:
-        tell(f"first {run.training.starts} starts for {run.training.trial_epochs} epochs each")
+        tell(f"trying {run.training.starts} starts for {run.training.trial_epochs} epochs each")
     with progress("training", run.training.epochs) as watch:
         trained = train(
             run, source, scaling, folder, validation=validation, resume=resume, watch=watch
