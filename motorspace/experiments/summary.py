@@ -131,12 +131,14 @@ def claims(files: Mapping[str, Row], reasons: Mapping[str, str]) -> list[Row]:
 def judged(found: Sequence[Row], file: Row, reasons: Mapping[str, str]) -> list[Row]:
     """The claims found in a file with its command and date, and why those fail that do.
 
-    A claim is "CELL: WHAT"; `reasons` names it whole, or WHAT alone for all cells.
+    A claim is "CELL: WHAT"; `reasons` names it whole, or CELL for all that fails there, or WHAT
+    alone for all cells.
     """
 
     def told(claim: str) -> dict[str, str]:
-        of_all = reasons.get(claim.rpartition(": ")[2], "not known")
-        return {"reason": reasons.get(claim, of_all)}
+        cell, _, what = claim.rpartition(": ")
+        known = (reasons[name] for name in (claim, cell, what) if name in reasons)
+        return {"reason": next(known, "not known")}
 
     return [
         claim

@@ -226,8 +226,7 @@ def fit(
     """
     # The key is an argument and no constant of the program: all seeds share one compiled epoch.
     key = _epochs_key(config.seed)
-    if int(state.epoch) == 0:
-        state = most_promising(config, model, state, source)
+    state = most_promising(config, model, state, source)
     for epoch in range(int(state.epoch), config.epochs):
         state, record = train_epoch(state, source, config, model, key=key)
         logged = _logged(epoch + 1, record)
@@ -244,13 +243,14 @@ def most_promising(
     """Of the seed's starts, the first of which is `state`, the one to train.
 
     It is the one with the lowest prediction loss after the epochs of the trial, in which all
-    learn from the same data. What they learn in it is forgotten.
+    learn from the same data. What they learn in it is forgotten. A `state` that has been trained
+    already stays.
     """
+    if config.starts == 1 or int(state.epoch) > 0:
+        return state
     horizon, validated = horizon_of(source), state.best is not None
     begin = partial(init, config, model, state.model.scaling, horizon=horizon, validated=validated)
     others = [begin(start=start) for start in range(1, config.starts)]
-    if not others:
-        return state
     starts, key, losses = [state, *others], _epochs_key(config.seed), []
     for tried in starts:
         for _ in range(config.trial_epochs):
@@ -283,8 +283,6 @@ def fit_together(
     """
     states = [
         most_promising(replace(config, seed=seed), model, state, source)
-        if int(state.epoch) == 0
-        else state
         for state, seed in zip(states, seeds, strict=True)
     ]
     while (now := min(int(state.epoch) for state in states)) < config.epochs:

@@ -58,7 +58,12 @@ def test_a_claim_holds_only_when_its_whole_interval_does(rows):
 
 
 @pytest.mark.parametrize(
-    "known", ["error over its oracle's", "forward, r = 0.4 pi: error over its oracle's"]
+    "known",
+    [
+        "error over its oracle's",
+        "forward, r = 0.4 pi",
+        "forward, r = 0.4 pi: error over its oracle's",
+    ],
 )
 def test_a_reason_is_given_for_one_cell_or_for_all(rows, known):
     file = {"command": "c", "date": "d", "rows": rows}
