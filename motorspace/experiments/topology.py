@@ -34,7 +34,12 @@ Changes = dict[str, dict[str, Any]]
 
 BEST: Changes = {
     "model": {"encoder": "group", "hidden_size": 64, "code_size": 6, "isometry_weight": 1.0},
-    "training": {"learning_rate": 4e-3, "curriculum": 0.1, "starts": 3},
+    "training": {
+        "learning_rate": 4e-3,
+        "curriculum": 0.1,
+        "code_noise": 0.3,
+        "starts": 3,
+    },
 }
 """What the preset `best` changes in the paper's system."""
 
@@ -52,7 +57,7 @@ ABLATION: dict[str, Changes] = {
     "gru": {"model": {"encoder": "gru"}},
     "linear recurrence": {"model": {"encoder": "linear"}},
     "attention": {"model": {"encoder": "attention"}},
-    "group, noise on the code": BEST | {"training": {**BEST["training"], "code_noise": 0.3}},
+    "group, no noise": BEST | {"training": {**BEST["training"], "code_noise": 0.0}},
     "group, lengths free": BEST | {"model": {**BEST["model"], "isometry_weight": 0.0}},
     "group of 6 x 6": BEST | {"model": {**BEST["model"], "code_size": 30}},
 }

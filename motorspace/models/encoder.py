@@ -190,7 +190,7 @@ class GroupEncoder(AbstractMotorEncoder):
         self.transition = eqx.tree_at(
             lambda mlp: (mlp.layers[0].weight, mlp.layers[-1].weight),
             transition,
-            (wide, 2 * transition.layers[-1].weight),
+            (wide, 4 * transition.layers[-1].weight),
         )
         # H begins as the identity. What one command alone could say by either, A learns first;
         # turns that H has taken are missing from A when a second command comes.
