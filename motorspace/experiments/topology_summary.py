@@ -52,7 +52,7 @@ def ablation_rows(results: Sequence[Row]) -> list[Row]:
     agent, rotation = topology.ABLATION_CELL
     cell = f"topology/{agent}-{rotation}"
     names = {"paper": f"{cell} paper"}
-    names |= {change: f"ablation/{change}" for change in topology.ABLATION}
+    names |= {name: f"ablation/{name}" for rows in topology.ABLATION.values() for name in rows}
     names |= {"best": f"{cell} best"}
     return [
         {"change": change} | _measured(runs)
