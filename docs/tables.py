@@ -218,6 +218,16 @@ def ablation(rows: list[Row]) -> list[Row]:
     return [{"changed": row["change"]} | {c: row.get(c) for c in columns} for row in rows]
 
 
+def mixed(rows: list[Row]) -> list[Row]:
+    """What `best` gains from trajectories of many lengths."""
+    columns = ("error", "linear R2", "partial, motors", "T = 1", "T = 6", "T = 12", "T = 24")
+    return [
+        {"r": f"{row['rotation']} pi", "trained at": row["trained at"], "seeds": row["seeds"]}
+        | {c: row.get(c) for c in (*columns, "T = 24 / T = 6")}
+        for row in rows
+    ]
+
+
 def angle(rows: list[Row]) -> list[Row]:
     """Errors of predictors that are told displacements with wrong angles."""
 
@@ -307,6 +317,7 @@ TABLES: dict[str, tuple[str, Callable[[list[Row]], list[Row]]]] = {
     "topology_lengths": ("topology", lengths),
     "ablation": ("ablation", ablation),
     "closing": ("closing", list),
+    "mixed": ("mixed", mixed),
     "angle": ("angle", angle),
 }
 

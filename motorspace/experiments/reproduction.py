@@ -65,6 +65,7 @@ def reproduce(
         wanted += topology.ablation_jobs(budget, seeds=seeds)
         wanted += topology.closing_jobs(budget, seeds=seeds)
         wanted += topology.folding_jobs(budget, seeds=seeds)
+        wanted += topology.mixed_jobs(budget, seeds=seeds)
         wanted += topology.angle_jobs(budget, seeds=seeds)
     with locked(folder):
         run_all(wanted, folder, budget=budget, processes=processes, report=report)

@@ -113,9 +113,30 @@ def ablation_jobs(budget: paper.Budget, *, seeds: int) -> list[paper.Job]:
     for seed in range(seeds):
         for preset, rows in ABLATION.items():
             base = paper.changed(paper.cell(*ABLATION_CELL, budget, seed), PRESETS[preset])
+            told = partial(organised_at, horizon=base.simulation.horizon)
             for name, changes in rows.items():
-                config = paper.changed(base, changes)
-                jobs.append(paper.Job(f"ablation/{name}", config, measure=organised))
+                jobs.append(
+                    paper.Job(f"ablation/{name}", paper.changed(base, changes), measure=told)
+                )
+    return jobs
+
+
+MIXED: Changes = {"simulation": {"min_horizon": 1, "horizon": 12}}
+"""Trajectories of one to twelve commands, in place of six."""
+
+MIXED_ROTATIONS = (0.2, 0.4)
+"""Where `best`, trained on six commands, is least right about twenty-four."""
+
+
+def mixed_jobs(budget: paper.Budget, *, seeds: int) -> list[paper.Job]:
+    """The runs that show what `best` gains from trajectories of many lengths."""
+    jobs = []
+    for seed in range(seeds):
+        for rotation in MIXED_ROTATIONS:
+            base = paper.changed(paper.cell("forward", rotation, budget, seed), BEST)
+            told = partial(organised_at, horizon=base.simulation.horizon)
+            name = f"mixed/forward-{rotation}"
+            jobs.append(paper.Job(name, paper.changed(base, MIXED), measure=told))
     return jobs
 
 
@@ -242,6 +263,12 @@ def folded(run: Run, num: int) -> dict[str, Any]:
 def organised(run: Run, num: int) -> dict[str, Any]:
     """Prediction errors over `num` trajectories, and how the codes are organised."""
     return _organisation(run, encoder_of(run.encode)) | measure(run, num)
+
+
+def organised_at(run: Run, num: int, *, horizon: int) -> dict[str, Any]:
+    """The same at one length, whatever lengths the run has learned from."""
+    one_length = {"simulation": {"horizon": horizon, "min_horizon": None}}
+    return organised(replace(run, config=paper.changed(run.config, one_length)), num)
 
 
 def organised_encoder(run: Run, num: int) -> dict[str, Any]:

@@ -26,6 +26,7 @@ def gathered(results: Sequence[Row], budget: paper.Budget) -> dict[str, Row]:
         "ablation": ablation_rows,
         "closing": closing_rows,
         "folding": folding_rows,
+        "mixed": mixed_rows,
         "angle": angle_rows,
     }
     return gather(results, makers, budget, experiment="topology")
@@ -59,6 +60,20 @@ def ablation_rows(results: Sequence[Row]) -> list[Row]:
         for change, name in names.items()
         if (runs := _named(results, name))
     ]
+
+
+def mixed_rows(results: Sequence[Row]) -> list[Row]:
+    """`best` trained at T = 6 and over many lengths, both measured at T = 6."""
+    lengths, rows = topology.MIXED["simulation"], []
+    for rotation in topology.MIXED_ROTATIONS:
+        names = {
+            "T = 6": f"topology/forward-{rotation} best",
+            f"T = {lengths['min_horizon']} to {lengths['horizon']}": f"mixed/forward-{rotation}",
+        }
+        for trained, name in names.items():
+            if runs := _named(results, name):
+                rows.append({"rotation": rotation, "trained at": trained} | _measured(runs))
+    return rows
 
 
 def closing_rows(results: Sequence[Row]) -> list[Row]:

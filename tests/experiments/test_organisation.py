@@ -7,9 +7,12 @@ import jax
 import numpy as np
 import pytest
 
+import motorspace as ms
 from motorspace import ForwardAgent, LatticeAgent
 from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.experiments import organisation, paper, references, topology, topology_summary
+from motorspace.training import Run, simulation_scaling
+from motorspace.training.fit import init
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -65,6 +68,20 @@ def test_lattice_sequences_are_grouped_by_their_displacement():
     assert collapsed["ratio"] < 1e-9 and collapsed["by kind"] == {}
 
 
+def test_the_partial_correlation_minds_how_much_orientation_weighs():
+    """Exact displacements that weigh orientation otherwise seem to know the motors a little."""
+    agent = ForwardAgent(0.4 * np.pi)
+    motors = organisation.random_commands(agent, (1000, 6), key=jax.random.key(0))
+    moved = organisation.nominal(agent, motors)
+
+    def told(weight):
+        codes = displacement_coordinates(moved).points * [1.0, 1.0, weight, weight]
+        return ms.topology(codes, moved, motors).partial_motors.mean
+
+    assert abs(told(1.0)) < 0.01
+    assert told(0.5) > 0.05 and told(2.0) < -0.05
+
+
 def test_shuffled_targets_are_those_of_other_sequences():
     config = paper.cell("forward", 0.4, "quick", 0)
     size = replace(config.training, trajectories_per_epoch=50)
@@ -110,6 +127,7 @@ def test_errors_of_misjudged_angles_are_compared_within_a_seed():
 def test_every_job_has_a_folder_of_its_own_and_every_row_a_job():
     jobs = topology.topology_jobs("fifth", seeds=2) + topology.ablation_jobs("fifth", seeds=2)
     jobs += topology.closing_jobs("fifth", seeds=2) + topology.angle_jobs("fifth", seeds=2)
+    jobs += topology.mixed_jobs("fifth", seeds=2)
     folders = [job.folder for job in jobs]
     assert len(set(folders)) == len(folders)
     named = {job.name for job in jobs}
@@ -118,6 +136,26 @@ def test_every_job_has_a_folder_of_its_own_and_every_row_a_job():
     best = next(job for job in jobs if job.name == "topology/holonomic-1.2 best")
     assert best.config.model.encoder == "group"
     assert best.config.training.epochs == 1000
+
+
+def test_a_run_of_many_lengths_is_measured_at_one(monkeypatch):
+    job = topology.mixed_jobs("quick", seeds=1)[0]
+    simulation = job.config.simulation
+    assert (simulation.min_horizon, simulation.horizon) == (1, 12)
+    measured = []
+    monkeypatch.setattr(topology, "organised", lambda run, num: measured.append(run.config) or {})
+    state = init(job.config.training, job.config.model, simulation_scaling(job.config), horizon=12)
+    job.measure(Run(job.config, state.model), 10)
+    at_six = paper.changed(paper.cell("forward", 0.2, "quick", 0), topology.BEST)
+    assert measured == [at_six]
+
+
+def test_lengths_trained_at_stand_side_by_side(found):
+    names = ("mixed/forward-0.2", "topology/forward-0.2 best", "topology/forward-0.6 best")
+    runs = [{"name": n, "epochs": 10, "organisation": found, "errors": {}} for n in names]
+    rows = topology_summary.mixed_rows(runs)
+    assert {r["rotation"] for r in rows} == {0.2}
+    assert [r["trained at"] for r in rows] == ["T = 6", "T = 1 to 12"]
 
 
 def test_rows_and_targets(found):
