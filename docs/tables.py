@@ -148,6 +148,7 @@ def _measured(row: Row) -> Row:
         "collapse ratio",
         "AUC",
         "partial, motors",
+        "partial, affine",
         "D_topo",
         "trustworthiness",
         "continuity",
@@ -220,9 +221,9 @@ def ablation(rows: list[Row]) -> list[Row]:
 
 def mixed(rows: list[Row]) -> list[Row]:
     """What `best` gains from trajectories of many lengths."""
-    columns = ("error", "linear R2", "partial, motors", "T = 1", "T = 6", "T = 12", "T = 24")
+    columns = ("seeds", "error", "linear R2", "T = 1", "T = 6", "T = 12", "T = 24")
     return [
-        {"r": f"{row['rotation']} pi", "trained at": row["trained at"], "seeds": row["seeds"]}
+        {"r": f"{row['rotation']} pi", "trained at": row["trained at"]}
         | {c: row.get(c) for c in (*columns, "T = 24 / T = 6")}
         for row in rows
     ]

@@ -25,6 +25,8 @@ RANKED_SIZE = 1000
 """Points of a subset whose pairs are ranked, which takes longest."""
 MOST_NEIGHBOUR_POINTS = 20_000
 NEIGHBOURHOODS = (10, 20, 50)
+BUT_DISPLACEMENT = np.ix_([0, 2, 1], [0, 2, 1])
+"""Of the correlations of codes, displacements and motors: displacements last, to be held fixed."""
 SMALL_TRANSLATION = 0.1
 """Share of the points, those of the smallest translation, in which a circle is looked for."""
 
@@ -54,6 +56,13 @@ class Topology:
     rank_correlation: Estimate
     partial_displacement: Estimate | None
     partial_motors: Estimate | None
+    partial_motors_affine: Estimate | None
+    """The same of A p + b, the part of the codes that is affine in displacement.
+
+    Codes that know nothing but displacement have as much as this: it comes from what they weigh
+    the components by, and from the point of the body they follow. What `partial_motors` has
+    beyond it is copied from the motors.
+    """
     trustworthiness: dict[int, Estimate]
     continuity: dict[int, Estimate]
     neighbours_to_random: Estimate
@@ -98,6 +107,7 @@ PERFECT = {
     "rank_correlation": "1",
     "partial_displacement": "1",
     "partial_motors": "0",
+    "partial_motors_affine": "as partial motors",
     "trustworthiness": "1 (random: 0.5)",
     "continuity": "1 (random: 0.5)",
     "neighbours_to_random": "near 0 (random: 1)",
@@ -209,9 +219,9 @@ def _of_pairs(h: Points, p: Points, m: Points | None, subsets: list[np.ndarray])
         decoded = linear_decoder(h[others], p[others])(h[rows])
         between = distances.centred_distances
         dh, dp, dq = between(h[rows]), between(p[rows]), between(decoded)
+        few = rows[:RANKED_SIZE]
         kinds = (h, p) if m is None else (h, p, m)
-        ranked = [between(points[rows[:RANKED_SIZE]]) for points in kinds]
-        ranks = distances.rank_correlations(*ranked)
+        ranks = distances.rank_correlations(*(between(points[few]) for points in kinds))
         sample = {
             "topology_error": distances.topology_error(dh, dp),
             "normalised_topology_error": distances.normalised_topology_error(dh, dp),
@@ -219,11 +229,14 @@ def _of_pairs(h: Points, p: Points, m: Points | None, subsets: list[np.ndarray])
             "rank_correlation": float(ranks[0, 1]),
         }
         if m is not None:
+            affine = linear_decoder(p[others], h[others], ridge=1e-12)(p[few])
+            image = distances.rank_correlations(*map(between, (affine, p[few], m[few])))
             sample["partial_displacement"] = distances.partial(ranks)
-            sample["partial_motors"] = distances.partial(ranks[np.ix_([0, 2, 1], [0, 2, 1])])
+            sample["partial_motors"] = distances.partial(ranks[BUT_DISPLACEMENT])
+            sample["partial_motors_affine"] = distances.partial(image[BUT_DISPLACEMENT])
         samples.append(sample)
-    missing: dict[str, Any] = {"partial_displacement": None, "partial_motors": None}
-    return missing | _estimates(samples)
+    partial = ("partial_displacement", "partial_motors", "partial_motors_affine")
+    return dict.fromkeys(partial) | _estimates(samples)
 
 
 def _of_neighbours(h: Points, p: Points, subsets: list[np.ndarray]) -> dict[str, Any]:

@@ -184,6 +184,7 @@ def _numbers(run: Row) -> dict[str, float]:
         "rank correlation": measures["rank correlation"],
         "partial, displacement": measures["partial displacement"],
         "partial, motors": measures["partial motors"],
+        "partial, affine": measures.get("partial motors affine"),
         "trustworthiness": measures["trustworthiness, 20"],
         "continuity": measures["continuity, 20"],
         "neighbours / floor": measures["neighbours to floor"],

@@ -68,18 +68,26 @@ def test_lattice_sequences_are_grouped_by_their_displacement():
     assert collapsed["ratio"] < 1e-9 and collapsed["by kind"] == {}
 
 
-def test_the_partial_correlation_minds_how_much_orientation_weighs():
+def test_what_weights_do_to_the_partial_correlation_is_told_from_copies_of_the_motors():
     """Exact displacements that weigh orientation otherwise seem to know the motors a little."""
     agent = ForwardAgent(0.4 * np.pi)
-    motors = organisation.random_commands(agent, (1000, 6), key=jax.random.key(0))
+    motors = organisation.random_commands(agent, (600, 6), key=jax.random.key(0))
     moved = organisation.nominal(agent, motors)
+    points = displacement_coordinates(moved).points
 
-    def told(weight):
-        codes = displacement_coordinates(moved).points * [1.0, 1.0, weight, weight]
-        return ms.topology(codes, moved, motors).partial_motors.mean
+    def told(weight, copied=0.0):
+        copies = copied * np.asarray(motors).reshape(600, -1)
+        codes = np.concatenate([points[:, :2], weight * points[:, 2:], copies], axis=1)
+        found = ms.topology(codes, moved, motors)
+        return found.partial_motors.mean, found.partial_motors_affine.mean
 
-    assert abs(told(1.0)) < 0.01
-    assert told(0.5) > 0.05 and told(2.0) < -0.05
+    assert abs(told(1.0)[0]) < 0.01
+    halved, doubled = told(0.5), told(2.0)
+    assert halved[0] > 0.05 and doubled[0] < -0.05
+    assert halved[0] == pytest.approx(halved[1], abs=1e-3)
+    assert doubled[0] == pytest.approx(doubled[1], abs=1e-3)
+    copying = told(1.0, copied=0.5)
+    assert copying[0] > copying[1] + 0.1
 
 
 def test_shuffled_targets_are_those_of_other_sequences():
