@@ -96,6 +96,35 @@ def lengths_figure(rows: Sequence[Row], *, rotation: float) -> Figure:
     return figure
 
 
+def copies_figure(rows: Sequence[Row]) -> Figure:
+    """Correlation with motors of the codes over that of what they know of displacement alone."""
+    figure = Figure(figsize=(5.2, 4), layout="constrained")
+    axes = figure.add_subplot()
+    for (agent, name), curve in _curves(rows).items():
+        told = [r for r in curve if "partial, affine" in r]
+        x, y = ([r[measure] for r in told] for measure in ("partial, affine", "partial, motors"))
+        filled = COLOURS[agent] if name == "best" else "none"
+        axes.errorbar(
+            [value["mean"] for value in x],
+            [value["mean"] for value in y],
+            xerr=_reach(x),
+            yerr=_reach(y),
+            label=f"{agent}, {name}",
+            fmt="o",
+            ms=4,
+            lw=0.8,
+            color=COLOURS[agent],
+            mfc=filled,
+        )
+    axes.axline((0, 0), slope=1, color="0.4", lw=0.8, ls=":")
+    axes.set(
+        xlabel="that of the part which is affine in displacement",
+        ylabel="partial correlation with motors",
+    )
+    axes.legend()
+    return figure
+
+
 def folding_figure(rows: Sequence[Row]) -> Figure:
     """Collapse by whole turns over the course of training, a panel for each preset."""
     figure = Figure(figsize=(9, 3.8), layout="constrained")
@@ -154,6 +183,11 @@ def _preset_line(
 ) -> None:
     agent, name = label
     _line(axes, f"{agent}, {name}", points, color=COLOURS[agent], ls=STYLES[name])
+
+
+def _reach(values: Sequence[Row]) -> list[list[float]]:
+    """How far intervals reach below and above their means."""
+    return [[v["mean"] - v["low"] for v in values], [v["high"] - v["mean"] for v in values]]
 
 
 def _line(axes: Axes, label: str, points: Sequence[tuple[float | int, Row]], **style: Any) -> None:

@@ -46,13 +46,16 @@ def test_the_figures_of_organisation_show_every_row():
             "T = 6": told(0.2),
         }
         | {f"{n} full turns": told(0.5) for n in range(3)}
-        | {name: told(0.7) for name in measures}
+        | {name: told(0.7) for name in (*measures, "partial, affine")}
         for agent in ("forward", "holonomic")
         for preset in ("best", "paper")
         for rotation in (0.4, 0.8)
     ]
     panels = topology_figures.organisation_figure(cells).axes
     assert [len(axes.lines) for axes in panels[:2]] == [5, 5], "four curves and the target"
+    (axes,) = topology_figures.copies_figure(cells).axes
+    assert [bars.get_label() for bars in axes.containers][1] == "forward, paper"
+    assert [len(bars.lines[0].get_xdata()) for bars in axes.containers] == [2] * 4
     assert [len(axes.lines) for axes in topology_figures.turns_figure(cells).axes] == [2] * 4
     (axes,) = topology_figures.lengths_figure(cells, rotation=0.8).axes
     np.testing.assert_array_equal(axes.lines[0].get_xdata(), [1, 6])
