@@ -59,9 +59,9 @@ class Topology:
     partial_motors_affine: Estimate | None
     """The same of A p + b, the part of the codes that is affine in displacement.
 
-    Codes that know nothing but displacement have as much as this: it comes from what they weigh
-    the components by, and from the point of the body they follow. What `partial_motors` has
-    beyond it is copied from the motors.
+    Displacement itself has as much where its components weigh otherwise, or another point of the
+    body is followed. What `partial_motors` has beyond it comes from codes that bend displacement,
+    or know of the motors what displacement does not tell.
     """
     trustworthiness: dict[int, Estimate]
     continuity: dict[int, Estimate]

@@ -34,12 +34,7 @@ Changes = dict[str, dict[str, Any]]
 
 BEST: Changes = {
     "model": {"encoder": "group", "hidden_size": 64, "code_size": 6, "isometry_weight": 1.0},
-    "training": {
-        "learning_rate": 4e-3,
-        "curriculum": 0.1,
-        "code_noise": 0.3,
-        "starts": 3,
-    },
+    "training": {"learning_rate": 4e-3, "curriculum": 0.1, "code_noise": 0.3, "starts": 3},
 }
 """What the preset `best` changes in the paper's system."""
 
@@ -114,10 +109,10 @@ def ablation_jobs(budget: paper.Budget, *, seeds: int) -> list[paper.Job]:
         for preset, rows in ABLATION.items():
             base = paper.changed(paper.cell(*ABLATION_CELL, budget, seed), PRESETS[preset])
             told = partial(organised_at, horizon=base.simulation.horizon)
-            for name, changes in rows.items():
-                jobs.append(
-                    paper.Job(f"ablation/{name}", paper.changed(base, changes), measure=told)
-                )
+            jobs += [
+                paper.Job(f"ablation/{name}", paper.changed(base, changes), measure=told)
+                for name, changes in rows.items()
+            ]
     return jobs
 
 

@@ -97,7 +97,7 @@ def lengths_figure(rows: Sequence[Row], *, rotation: float) -> Figure:
 
 
 def copies_figure(rows: Sequence[Row]) -> Figure:
-    """Correlation with motors of the codes over that of what they know of displacement alone."""
+    """Correlation of codes with motors over that of their part which is affine in displacement."""
     figure = Figure(figsize=(5.2, 4), layout="constrained")
     axes = figure.add_subplot()
     for (agent, name), curve in _curves(rows).items():
