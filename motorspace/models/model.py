@@ -146,7 +146,7 @@ def _reinitialised(model: Model, *, wide: bool, key: Key) -> Model:
     fold turns that lead to the same orientation.
     """
     is_layer = lambda node: isinstance(node, eqx.nn.Linear | eqx.nn.LSTMCell)  # noqa: E731
-    # A group encoder has initial weights of its own: products must start near the identity.
+    # A group encoder has initial weights of its own: what it learns to turn by hangs on them.
     is_leaf = lambda node: is_layer(node) or isinstance(node, GroupEncoder)  # noqa: E731
     leaves, structure = jax.tree.flatten(model, is_leaf=is_leaf)
     keys = jax.random.split(key, len(leaves))

@@ -58,9 +58,13 @@ def test_codes_of_another_size_are_refused():
         encoder(50)
 
 
-def test_the_whole_model_keeps_its_initial_weights_near_the_identity():
-    config = ModelConfig(encoder="group", code_size=30, hidden_size=64)
+def test_the_whole_model_keeps_the_initial_weights_of_the_encoder():
+    config = ModelConfig(encoder="group", code_size=6, hidden_size=64)
     model = build_model(config, Scaling((10.0,) * 9, (1.0, 1.0)), horizon=6, key=jax.random.key(0))
-    motors = jax.random.uniform(jax.random.key(1), (100, 6, 2), minval=-2.5, maxval=2.5)
-    codes = jax.vmap(model.encode, in_axes=(0, None))(motors, jnp.array(6))
-    assert 0.1 < float(jnp.abs(codes).max()) < 100
+    made = model.encoder
+    assert isinstance(made, GroupEncoder)
+    motors = jax.random.uniform(jax.random.key(1), (100, 2), minval=-2.5, maxval=2.5)
+    last = jax.vmap(made._matrix, in_axes=(None, 0))(made.readout, motors)
+    np.testing.assert_allclose(last, jnp.broadcast_to(jnp.eye(3), last.shape), atol=1e-6)
+    moved = jax.vmap(made._matrix, in_axes=(None, 0))(made.transition, motors) - jnp.eye(3)
+    assert 0.3 < float(jnp.abs(moved).max()) < 5
