@@ -25,8 +25,12 @@ RANKED_SIZE = 1000
 """Points of a subset whose pairs are ranked, which takes longest."""
 MOST_NEIGHBOUR_POINTS = 20_000
 NEIGHBOURHOODS = (10, 20, 50)
-BUT_DISPLACEMENT = np.ix_([0, 2, 1], [0, 2, 1])
-"""Of the correlations of codes, displacements and motors: displacements last, to be held fixed."""
+PARTIAL = {
+    "partial_displacement": (0, 1, 2),
+    "partial_motors": (0, 2, 1),
+    "partial_motors_affine": (3, 2, 1),
+}
+"""Which two of codes, displacements, motors and affine images are correlated, the third fixed."""
 SMALL_TRANSLATION = 0.1
 """Share of the points, those of the smallest translation, in which a circle is looked for."""
 
@@ -220,8 +224,11 @@ def _of_pairs(h: Points, p: Points, m: Points | None, subsets: list[np.ndarray])
         between = distances.centred_distances
         dh, dp, dq = between(h[rows]), between(p[rows]), between(decoded)
         few = rows[:RANKED_SIZE]
-        kinds = (h, p) if m is None else (h, p, m)
-        ranks = distances.rank_correlations(*(between(points[few]) for points in kinds))
+        kinds = [h[few], p[few]]
+        if m is not None:
+            affine = linear_decoder(p[others], h[others], ridge=1e-12)
+            kinds += [m[few], affine(p[few])]
+        ranks = distances.rank_correlations(*map(between, kinds))
         sample = {
             "topology_error": distances.topology_error(dh, dp),
             "normalised_topology_error": distances.normalised_topology_error(dh, dp),
@@ -229,14 +236,10 @@ def _of_pairs(h: Points, p: Points, m: Points | None, subsets: list[np.ndarray])
             "rank_correlation": float(ranks[0, 1]),
         }
         if m is not None:
-            affine = linear_decoder(p[others], h[others], ridge=1e-12)(p[few])
-            image = distances.rank_correlations(*map(between, (affine, p[few], m[few])))
-            sample["partial_displacement"] = distances.partial(ranks)
-            sample["partial_motors"] = distances.partial(ranks[BUT_DISPLACEMENT])
-            sample["partial_motors_affine"] = distances.partial(image[BUT_DISPLACEMENT])
+            for name, order in PARTIAL.items():
+                sample[name] = distances.partial(ranks[np.ix_(order, order)])
         samples.append(sample)
-    partial = ("partial_displacement", "partial_motors", "partial_motors_affine")
-    return dict.fromkeys(partial) | _estimates(samples)
+    return dict.fromkeys(PARTIAL) | _estimates(samples)
 
 
 def _of_neighbours(h: Points, p: Points, subsets: list[np.ndarray]) -> dict[str, Any]:

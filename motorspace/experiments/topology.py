@@ -26,7 +26,7 @@ from motorspace.experiments.organisation import (
 )
 from motorspace.reports import figures
 from motorspace.reports.page import Section, report_page
-from motorspace.training import Run, fresh_experience, simulation_scaling
+from motorspace.training import Run, RunConfig, fresh_experience, simulation_scaling
 from motorspace.training.fit import TrainState, fit, init
 from motorspace.trajectories import Experience
 
@@ -108,12 +108,14 @@ def ablation_jobs(budget: paper.Budget, *, seeds: int) -> list[paper.Job]:
     for seed in range(seeds):
         for preset, rows in ABLATION.items():
             base = paper.changed(paper.cell(*ABLATION_CELL, budget, seed), PRESETS[preset])
-            told = partial(organised_at, horizon=base.simulation.horizon)
-            jobs += [
-                paper.Job(f"ablation/{name}", paper.changed(base, changes), measure=told)
-                for name, changes in rows.items()
-            ]
+            jobs += [_compared(f"ablation/{name}", base, change) for name, change in rows.items()]
     return jobs
+
+
+def _compared(name: str, base: RunConfig, changes: Changes) -> paper.Job:
+    """A run with these changes, measured at the length of the one that it is compared with."""
+    told = partial(organised_at, horizon=base.simulation.horizon)
+    return paper.Job(name, paper.changed(base, changes), measure=told)
 
 
 MIXED: Changes = {"simulation": {"min_horizon": 1, "horizon": 12}}
@@ -129,9 +131,7 @@ def mixed_jobs(budget: paper.Budget, *, seeds: int) -> list[paper.Job]:
     for seed in range(seeds):
         for rotation in MIXED_ROTATIONS:
             base = paper.changed(paper.cell("forward", rotation, budget, seed), BEST)
-            told = partial(organised_at, horizon=base.simulation.horizon)
-            name = f"mixed/forward-{rotation}"
-            jobs.append(paper.Job(name, paper.changed(base, MIXED), measure=told))
+            jobs.append(_compared(f"mixed/forward-{rotation}", base, MIXED))
     return jobs
 
 
