@@ -147,8 +147,10 @@ def _measured(row: Row) -> Row:
         "linear R2",
         "collapse ratio",
         "AUC",
+        "rank correlation",
         "partial, motors",
         "partial, affine",
+        "semipartial, motors",
         "D_topo",
         "trustworthiness",
         "continuity",
@@ -217,6 +219,18 @@ def ablation(rows: list[Row]) -> list[Row]:
         "T = 24",
     )
     return [{"changed": row["change"]} | {c: row.get(c) for c in columns} for row in rows]
+
+
+def standard(rows: list[Row]) -> list[Row]:
+    """How the codes of `best` are organised as they are, and in standard form."""
+    names = ("rank correlation", "D_topo", "trustworthiness", "partial, motors")
+    names += ("semipartial, motors",)
+    return [
+        {"agent": row["agent"], "r": f"{row['rotation']} pi"}
+        | {column: row[column] for name in names for column in (name, f"{name}, standard")}
+        for row in rows
+        if "rank correlation, standard" in row
+    ]
 
 
 def mixed(rows: list[Row]) -> list[Row]:
@@ -314,6 +328,7 @@ TABLES: dict[str, tuple[str, Callable[[list[Row]], list[Row]]]] = {
     "topology": ("topology", organisation),
     "topology_lattice": ("topology at the paper's budget", organisation_lattice),
     "topology_shape": ("topology", shape),
+    "topology_standard": ("topology", standard),
     "topology_turns": ("topology", turns),
     "topology_lengths": ("topology", lengths),
     "ablation": ("ablation", ablation),

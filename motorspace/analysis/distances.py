@@ -74,6 +74,17 @@ def partial(correlations: Float[np.ndarray, "3 3"]) -> float:
     return float((r12 - r13 * r23) / np.sqrt(max((1 - r13**2) * (1 - r23**2), 1e-12)))
 
 
+def semipartial(correlations: Float[np.ndarray, "3 3"]) -> float:
+    """Correlation of the first variable with what the third leaves open of the second.
+
+    (r_12 - r_13 r_23) / sqrt(1 - r_23^2); its square is what the second explains of the first
+    beyond the third. Unlike `partial`, which correlates what is left even where next to nothing
+    is left, it vanishes as the first variable comes near the third.
+    """
+    r12, r13, r23 = correlations[0, 1], correlations[0, 2], correlations[1, 2]
+    return float((r12 - r13 * r23) / np.sqrt(max(1 - r23**2, 1e-12)))
+
+
 def centred_distances(points: Points) -> Distances:
     """Euclidean distances of all pairs."""
     from scipy.spatial.distance import pdist

@@ -25,9 +25,10 @@ RANKED_SIZE = 1000
 """Points of a subset whose pairs are ranked, which takes longest."""
 MOST_NEIGHBOUR_POINTS = 20_000
 NEIGHBOURHOODS = (10, 20, 50)
+COPIED = (0, 2, 1)
 PARTIAL = {
     "partial_displacement": (0, 1, 2),
-    "partial_motors": (0, 2, 1),
+    "partial_motors": COPIED,
     "partial_motors_affine": (3, 2, 1),
 }
 """Which two of codes, displacements, motors and affine images are correlated, the third fixed."""
@@ -67,6 +68,8 @@ class Topology:
     body is followed. What `partial_motors` has beyond it comes from codes that bend displacement,
     or know of the motors what displacement does not tell.
     """
+    semipartial_motors: Estimate | None
+    """What motors explain beyond displacement, of the codes' distances as a whole."""
     trustworthiness: dict[int, Estimate]
     continuity: dict[int, Estimate]
     neighbours_to_random: Estimate
@@ -112,6 +115,7 @@ PERFECT = {
     "partial_displacement": "1",
     "partial_motors": "0",
     "partial_motors_affine": "as partial motors",
+    "semipartial_motors": "0",
     "trustworthiness": "1 (random: 0.5)",
     "continuity": "1 (random: 0.5)",
     "neighbours_to_random": "near 0 (random: 1)",
@@ -238,8 +242,9 @@ def _of_pairs(h: Points, p: Points, m: Points | None, subsets: list[np.ndarray])
         if m is not None:
             for name, order in PARTIAL.items():
                 sample[name] = distances.partial(ranks[np.ix_(order, order)])
+            sample["semipartial_motors"] = distances.semipartial(ranks[np.ix_(COPIED, COPIED)])
         samples.append(sample)
-    return dict.fromkeys(PARTIAL) | _estimates(samples)
+    return dict.fromkeys((*PARTIAL, "semipartial_motors")) | _estimates(samples)
 
 
 def _of_neighbours(h: Points, p: Points, subsets: list[np.ndarray]) -> dict[str, Any]:

@@ -54,16 +54,19 @@ def organisation(
     """
     keys = jax.random.split(jax.random.key(MEASURE_SEED + seed), 3)
     return {
-        "topology": {
-            name: [value, error]
-            for name, value, error, _ in sampled(
-                encode, agent, horizon=horizon, seed=seed, subsets=1
-            ).topology.rows()
-        },
+        "topology": measures(encode, agent, horizon=horizon, seed=seed),
         "collapse": collapse(encode, agent, horizon=horizon, key=keys[0]),
         "composition": compositions(encode, agent, length=horizon // 2, key=keys[1]),
         "lengths": lengths(encode, agent, horizon=horizon, key=keys[2]),
     }
+
+
+def measures(
+    encode: Encode, agent: AbstractAgent, *, horizon: int, seed: int
+) -> dict[str, list[float | None]]:
+    """The report on the codes of fresh random sequences, as numbers: value and error of each."""
+    found = sampled(encode, agent, horizon=horizon, seed=seed, subsets=1)
+    return {name: [value, error] for name, value, error, _ in found.topology.rows()}
 
 
 class Sampled(NamedTuple):

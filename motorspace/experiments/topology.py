@@ -5,12 +5,15 @@ from functools import partial
 from typing import Any
 
 import jax
+import jax.numpy as jnp
+import numpy as np
 
 from motorspace._types import Key, Record
 from motorspace.analysis import circle
 from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.analysis.errors import prediction_errors
 from motorspace.analysis.projections import pca
+from motorspace.analysis.standard_form import standard_form
 from motorspace.experiments import paper, references
 from motorspace.experiments.measurement import TEST_SEED, draw_test, measure
 from motorspace.experiments.organisation import (
@@ -20,10 +23,13 @@ from motorspace.experiments.organisation import (
     Sampled,
     collapse,
     encoder_of,
+    measures,
     nominal,
     organisation,
+    random_commands,
     sampled,
 )
+from motorspace.models.encoder import GroupEncoder
 from motorspace.reports import figures
 from motorspace.reports.page import Section, report_page
 from motorspace.training import Run, RunConfig, fresh_experience, simulation_scaling
@@ -257,7 +263,34 @@ def folded(run: Run, num: int) -> dict[str, Any]:
 
 def organised(run: Run, num: int) -> dict[str, Any]:
     """Prediction errors over `num` trajectories, and how the codes are organised."""
-    return _organisation(run, encoder_of(run.encode)) | measure(run, num)
+    found = _organisation(run, encoder_of(run.encode)) | measure(run, num)
+    if isinstance(run.model.encoder, GroupEncoder):
+        standard = in_standard_form(run, run.model.encoder)
+        found["organisation"]["standard form"] = standard
+    return found
+
+
+NUM_STANDARD = 10_000
+"""Commands by which codes are brought to standard form."""
+
+
+def in_standard_form(run: Run, encoder: GroupEncoder) -> dict[str, Any]:
+    """The measures of the codes of a run with this encoder, in standard form."""
+    simulation, seed = run.config.simulation, run.config.training.seed
+    _, agent, _ = simulation.build()
+    scaling = jnp.array(run.model.scaling.motors)
+    commands = random_commands(agent, (NUM_STANDARD, 1), key=jax.random.key(seed))[:, 0]
+    transitions, readouts = (
+        np.asarray(m, np.float64)
+        for m in jax.vmap(encoder.matrices)(jnp.asarray(commands) / scaling)
+    )
+    encode = encoder_of(run.encode)
+    return measures(
+        lambda motors: standard_form(encode(motors), transitions, readouts),
+        agent,
+        horizon=simulation.horizon,
+        seed=seed,
+    )
 
 
 def organised_at(run: Run, num: int, *, horizon: int) -> dict[str, Any]:

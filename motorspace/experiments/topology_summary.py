@@ -173,6 +173,7 @@ def _numbers(run: Row) -> dict[str, float]:
     """The numbers of one run that the tables and targets are about."""
     found = run["organisation"]
     measures = {name: value for name, (value, _) in found["topology"].items()}
+    standard = {name: value for name, (value, _) in found.get("standard form", {}).items()}
     numbers = {
         "error": run["errors"].get("model"),
         "linear R2": min(measures[f"linear r2, {c}"] for c in COMPONENTS),
@@ -185,6 +186,7 @@ def _numbers(run: Row) -> dict[str, float]:
         "partial, displacement": measures["partial displacement"],
         "partial, motors": measures["partial motors"],
         "partial, affine": measures.get("partial motors affine"),
+        "semipartial, motors": _semipartial(measures),
         "trustworthiness": measures["trustworthiness, 20"],
         "continuity": measures["continuity, 20"],
         "neighbours / floor": measures["neighbours to floor"],
@@ -201,7 +203,28 @@ def _numbers(run: Row) -> dict[str, float]:
     if found["lengths"]:
         fitted, longest = (found["lengths"][length]["translation"] for length in TOLD_LENGTHS)
         numbers["T = 24 / T = 6"] = longest / fitted
+    if standard:
+        numbers |= {
+            f"{name}, standard": standard[measure] for name, measure in IN_STANDARD_FORM.items()
+        }
+        numbers["semipartial, motors, standard"] = _semipartial(standard)
     return {name: value for name, value in numbers.items() if value is not None}
+
+
+IN_STANDARD_FORM = {
+    "rank correlation": "rank correlation",
+    "partial, motors": "partial motors",
+    "D_topo": "normalised topology error",
+    "trustworthiness": "trustworthiness, 20",
+}
+"""What is told of codes in standard form as well, by its name in the report."""
+
+
+def _semipartial(measures: dict[str, float]) -> float | None:
+    """The semipartial correlation with motors, which older results do not tell."""
+    if measures.get("partial motors") is None:
+        return None
+    return measures["partial motors"] * (1 - measures["rank correlation"] ** 2) ** 0.5
 
 
 def interval(values: Sequence[float]) -> Row:

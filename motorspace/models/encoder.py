@@ -205,6 +205,10 @@ class GroupEncoder(AbstractMotorEncoder):
         last = self._matrix(self.readout, motors[num_steps - 1])
         return _product(product, last)[:-1].reshape(-1)
 
+    def matrices(self, motor: Array) -> tuple[Matrix, Matrix]:
+        """A and H of one (scaled) command."""
+        return self._matrix(self.transition, motor), self._matrix(self.readout, motor)
+
     def linear_part(self, motor: Array) -> Matrix:
         """What a command does to directions: A without its translation."""
         return self._matrix(self.transition, motor)[:-1, :-1]

@@ -97,6 +97,7 @@ def test_codes_that_copy_the_motors_are_told():
     moved = np.concatenate([motors[:, :2], turns], axis=1)
     found = topology(motors, moved, motors)
     assert found.partial_motors.mean > 0.99
+    assert found.semipartial_motors.mean > 0.2
     assert found.partial_displacement.mean < found.rank_correlation.mean
 
 

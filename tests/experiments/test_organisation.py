@@ -158,6 +158,17 @@ def test_a_run_of_many_lengths_is_measured_at_one(monkeypatch):
     assert measured == [at_six]
 
 
+def test_a_group_is_told_in_standard_form_as_well(found):
+    config = paper.changed(paper.cell("forward", 0.2, "quick", 0), topology.BEST)
+    state = init(config.training, config.model, simulation_scaling(config), horizon=6)
+    standard = topology.in_standard_form(Run(config, state.model), state.model.encoder)
+    assert standard.keys() == found["topology"].keys()
+    told = {"organisation": found | {"standard form": standard}, "errors": {}}
+    row = topology_summary._numbers(told)
+    assert row["rank correlation, standard"] == standard["rank correlation"][0] < 1
+    assert row["rank correlation"] == found["topology"]["rank correlation"][0]
+
+
 def test_lengths_trained_at_stand_side_by_side(found):
     names = ("mixed/forward-0.2", "topology/forward-0.2 best", "topology/forward-0.6 best")
     runs = [{"name": n, "epochs": 10, "organisation": found, "errors": {}} for n in names]
