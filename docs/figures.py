@@ -30,6 +30,7 @@ def main() -> None:
     drawn = {
         "topology": topology_figures.organisation_figure(rows),
         "topology-copies": topology_figures.copies_figure(rows),
+        "topology-standard": topology_figures.standard_figure(rows),
         "topology-turns": topology_figures.turns_figure(rows),
         "topology-drawn": topology_figures.drawn_figure(topology_summary.drawn_rows(rows)),
         "topology-lengths": topology_figures.lengths_figure(rows, rotation=REFERENCE_ROTATION),

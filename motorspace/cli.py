@@ -182,6 +182,7 @@ def topology_command(
     displacements: tyro.conf.Positional[Path | None] = None,
     motors: Path | None = None,
     out: Path = Path("topology.html"),
+    standard_form: Flag = False,
     seed: int = 0,
     as_json: AsJson = False,
 ) -> None:
@@ -193,6 +194,8 @@ def topology_command(
             radians; left out for a run.
         motors: The motor commands behind each code: tells codes that copy them.
         out: The page to write.
+        standard_form: Measure a run's codes with unit, body point and readout standardised
+            (encoder group only; docs/topology.md).
         seed: Seed of the random subsets of pairs, and of a run's fresh sequences.
     """
     from motorspace._arrays import read_array
@@ -201,7 +204,12 @@ def topology_command(
     from motorspace.experiments.topology import topology_of, topology_page
 
     if displacements is None:
-        found = topology_of(load_run(codes), seed=seed)
+        found = topology_of(load_run(codes), seed=seed, standard=standard_form)
+    elif standard_form:
+        raise UserError(
+            "codes from files are measured as they are",
+            remedy="leave --standard-form out, or give the folder of a run alone",
+        )
     else:
         h, d = read_array(codes), read_array(displacements)
         told = topology(h, d, None if motors is None else read_array(motors), seed=seed)

@@ -40,7 +40,7 @@ def test_the_topology_of_a_run_and_of_anybodys_codes(tmp_path, capsys):
     main(["train", "forward", *TINY, *best, "--horizon", "4", "--out", str(folder)])
     config = load_run(folder).config.model
     assert (config.encoder, config.code_size) == ("group", 12)
-    main(["topology", str(folder), "--out", str(page)])
+    main(["topology", str(folder), "--standard-form", "--out", str(page)])
     told = capsys.readouterr().out
     assert "normalised topology error" in told and f"open {page}" in told
     assert page.read_text().startswith("<!doctype html>")
@@ -96,6 +96,7 @@ WRONG = {
     "seeds": (["train", "forward", "--seeds", "0"], "cannot train 0 seeds"),
     "num": (["evaluate", "nowhere", "--num", "0"], "cannot measure on 0 trajectories"),
     "array": (["topology", "codes.npy", "d.npy"], "codes.npy: there is no such file"),
+    "form": (["topology", "codes.npy", "d.npy", "--standard-form"], "measured as they are"),
     "kind": (["topology", "codes.pkl", "d.npy"], "files that end in '.pkl' are not read"),
     "preset": (["topology", "nowhere"], "there is no run here; give a folder"),
 }

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from motorspace._errors import UserError
 from motorspace._types import Key, Record
 from motorspace.analysis import circle
 from motorspace.analysis.coordinates import displacement_coordinates
@@ -265,8 +266,11 @@ def organised(run: Run, num: int) -> dict[str, Any]:
     """Prediction errors over `num` trajectories, and how the codes are organised."""
     found = _organisation(run, encoder_of(run.encode)) | measure(run, num)
     if isinstance(run.model.encoder, GroupEncoder):
-        standard = in_standard_form(run, run.model.encoder)
-        found["organisation"]["standard form"] = standard
+        simulation, seed = run.config.simulation, run.config.training.seed
+        _, agent, _ = simulation.build()
+        encode = standard_encoder_of(run)
+        told = measures(encode, agent, horizon=simulation.horizon, seed=seed)
+        found["organisation"]["standard form"] = told
     return found
 
 
@@ -274,23 +278,22 @@ NUM_STANDARD = 10_000
 """Commands by which codes are brought to standard form."""
 
 
-def in_standard_form(run: Run, encoder: GroupEncoder) -> dict[str, Any]:
-    """The measures of the codes of a run with this encoder, in standard form."""
-    simulation, seed = run.config.simulation, run.config.training.seed
-    _, agent, _ = simulation.build()
-    scaling = jnp.array(run.model.scaling.motors)
-    commands = random_commands(agent, (NUM_STANDARD, 1), key=jax.random.key(seed))[:, 0]
+def standard_encoder_of(run: Run) -> Encode:
+    """The run's codes in standard form. Raises `UserError` if its encoder is not a group."""
+    encoder, encode = run.model.encoder, encoder_of(run.encode)
+    if not isinstance(encoder, GroupEncoder):
+        raise UserError(
+            f"codes of the encoder {run.config.model.encoder!r} have no standard form",
+            remedy="leave it out, or train a run with the encoder 'group'",
+        )
+    _, agent, _ = run.config.simulation.build()
+    key = jax.random.key(run.config.training.seed)
+    commands = jnp.asarray(random_commands(agent, (NUM_STANDARD, 1), key=key))[:, 0]
+    scaled = commands / jnp.array(run.model.scaling.motors)
     transitions, readouts = (
-        np.asarray(m, np.float64)
-        for m in jax.vmap(encoder.matrices)(jnp.asarray(commands) / scaling)
+        np.asarray(matrices, np.float64) for matrices in jax.vmap(encoder.matrices)(scaled)
     )
-    encode = encoder_of(run.encode)
-    return measures(
-        lambda motors: standard_form(encode(motors), transitions, readouts),
-        agent,
-        horizon=simulation.horizon,
-        seed=seed,
-    )
+    return lambda motors: standard_form(encode(motors), transitions, readouts)
 
 
 def organised_at(run: Run, num: int, *, horizon: int) -> dict[str, Any]:
@@ -344,11 +347,14 @@ MEASURES_TEXT = (
 )
 
 
-def topology_of(run: Run, *, seed: int) -> Sampled:
-    """The report on a run's codes of fresh random sequences, equivalent ones included."""
+def topology_of(run: Run, *, seed: int, standard: bool = False) -> Sampled:
+    """The report on a run's codes of fresh random sequences, equivalent ones included.
+
+    With `standard` of its codes in standard form.
+    """
     simulation = run.config.simulation
     _, agent, _ = simulation.build()
-    encode = encoder_of(run.encode)
+    encode = standard_encoder_of(run) if standard else encoder_of(run.encode)
     found = sampled(encode, agent, horizon=simulation.horizon, seed=seed)
     if found.topology.collapse_ratio is not None:
         return found

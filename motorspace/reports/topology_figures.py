@@ -125,6 +125,23 @@ def copies_figure(rows: Sequence[Row]) -> Figure:
     return figure
 
 
+def standard_figure(rows: Sequence[Row]) -> Figure:
+    """Codes as they are and in standard form: order of distances, and what motors add to it."""
+    figure = Figure(figsize=(11, 3.8), layout="constrained")
+    for axes, name in zip(
+        figure.subplots(1, 2), ("rank correlation", "semipartial, motors"), strict=True
+    ):
+        for label, curve in _curves(rows).items():
+            _preset_line(axes, label, [(r["rotation"], r[name]) for r in curve if name in r])
+            standard = f"{name}, standard"
+            if points := [(r["rotation"], r[standard]) for r in curve if standard in r]:
+                title = ", ".join((*label, "standard form"))
+                _line(axes, title, points, color=COLOURS[label[0]], ls=":")
+        axes.set(title=name, xlabel="largest rotation, units of pi")
+    figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside right center")
+    return figure
+
+
 def folding_figure(rows: Sequence[Row]) -> Figure:
     """Collapse by whole turns over the course of training, a panel for each preset."""
     figure = Figure(figsize=(9, 3.8), layout="constrained")

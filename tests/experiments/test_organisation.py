@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import motorspace as ms
-from motorspace import ForwardAgent, LatticeAgent
+from motorspace import ForwardAgent, LatticeAgent, UserError
 from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.experiments import organisation, paper, references, topology, topology_summary
 from motorspace.training import Run, simulation_scaling
@@ -160,13 +160,23 @@ def test_a_run_of_many_lengths_is_measured_at_one(monkeypatch):
 
 def test_a_group_is_told_in_standard_form_as_well(found):
     config = paper.changed(paper.cell("forward", 0.2, "quick", 0), topology.BEST)
-    state = init(config.training, config.model, simulation_scaling(config), horizon=6)
-    standard = topology.in_standard_form(Run(config, state.model), state.model.encoder)
-    assert standard.keys() == found["topology"].keys()
+    encode = topology.standard_encoder_of(untrained(config))
+    standard = organisation.measures(encode, AGENT, horizon=6, seed=0)
     told = {"organisation": found | {"standard form": standard}, "errors": {}}
     row = topology_summary._numbers(told)
     assert row["rank correlation, standard"] == standard["rank correlation"][0] < 1
     assert row["rank correlation"] == found["topology"]["rank correlation"][0]
+
+
+def test_codes_that_are_no_matrices_have_no_standard_form():
+    config = paper.changed(paper.cell("forward", 0.2, "quick", 0), {"model": {"encoder": "none"}})
+    with pytest.raises(UserError, match="'none' have no standard form"):
+        topology.standard_encoder_of(untrained(config))
+
+
+def untrained(config):
+    scaling, horizon = simulation_scaling(config), config.simulation.horizon
+    return Run(config, init(config.training, config.model, scaling, horizon=horizon).model)
 
 
 def test_lengths_trained_at_stand_side_by_side(found):

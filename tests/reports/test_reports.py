@@ -35,6 +35,9 @@ def told(mean):
     return {"mean": mean, "low": 0.9 * mean, "high": 1.1 * mean}
 
 
+MORE_MEASURES = ("partial, affine", "rank correlation", "semipartial, motors")
+
+
 def test_the_figures_of_organisation_show_every_row():
     measures = [name for name, *_ in topology_figures.PANELS]
     cells = [
@@ -46,7 +49,8 @@ def test_the_figures_of_organisation_show_every_row():
             "T = 6": told(0.2),
         }
         | {f"{n} full turns": told(0.5) for n in range(3)}
-        | {name: told(0.7) for name in (*measures, "partial, affine")}
+        | {name: told(0.7) for name in (*measures, *MORE_MEASURES)}
+        | ({f"{name}, standard": told(0.9) for name in MORE_MEASURES} if preset == "best" else {})
         for agent in ("forward", "holonomic")
         for preset in ("best", "paper")
         for rotation in (0.4, 0.8)
@@ -56,6 +60,7 @@ def test_the_figures_of_organisation_show_every_row():
     (axes,) = topology_figures.copies_figure(cells).axes
     assert [bars.get_label() for bars in axes.containers][1] == "forward, paper"
     assert [len(bars.lines[0].get_xdata()) for bars in axes.containers] == [2] * 4
+    assert [len(axes.lines) for axes in topology_figures.standard_figure(cells).axes] == [6, 6]
     assert [len(axes.lines) for axes in topology_figures.turns_figure(cells).axes] == [2] * 4
     (axes,) = topology_figures.lengths_figure(cells, rotation=0.8).axes
     np.testing.assert_array_equal(axes.lines[0].get_xdata(), [1, 6])
