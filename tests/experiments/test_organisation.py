@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 
+import equinox as eqx
 import jax
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import motorspace as ms
 from motorspace import ForwardAgent, LatticeAgent, UserError
 from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.experiments import organisation, paper, references, topology, topology_summary
+from motorspace.models.encoder import ConstantEncoder
 from motorspace.training import Run, simulation_scaling
 from motorspace.training.fit import init
 
@@ -158,9 +160,16 @@ def test_a_run_of_many_lengths_is_measured_at_one(monkeypatch):
     assert measured == [at_six]
 
 
-def test_a_group_is_told_in_standard_form_as_well(found):
+@pytest.fixture(scope="module")
+def untrained():
+    """A fresh network of `best`."""
     config = paper.changed(paper.cell("forward", 0.2, "quick", 0), topology.BEST)
-    encode = topology.standard_encoder_of(untrained(config))
+    state = init(config.training, config.model, simulation_scaling(config), horizon=6)
+    return Run(config, state.model)
+
+
+def test_a_group_is_told_in_standard_form_as_well(found, untrained):
+    encode = topology.standard_encoder_of(untrained)
     standard = organisation.measures(encode, AGENT, horizon=6, seed=0)
     told = {"organisation": found | {"standard form": standard}, "errors": {}}
     row = topology_summary._numbers(told)
@@ -168,15 +177,10 @@ def test_a_group_is_told_in_standard_form_as_well(found):
     assert row["rank correlation"] == found["topology"]["rank correlation"][0]
 
 
-def test_codes_that_are_no_matrices_have_no_standard_form():
-    config = paper.changed(paper.cell("forward", 0.2, "quick", 0), {"model": {"encoder": "none"}})
-    with pytest.raises(UserError, match="'none' have no standard form"):
-        topology.standard_encoder_of(untrained(config))
-
-
-def untrained(config):
-    scaling, horizon = simulation_scaling(config), config.simulation.horizon
-    return Run(config, init(config.training, config.model, scaling, horizon=horizon).model)
+def test_codes_that_are_no_matrices_have_no_standard_form(untrained):
+    model = eqx.tree_at(lambda m: m.encoder, untrained.model, ConstantEncoder(6))
+    with pytest.raises(UserError, match="have no standard form"):
+        topology.standard_encoder_of(replace(untrained, model=model))
 
 
 def test_lengths_trained_at_stand_side_by_side(found):
