@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -102,13 +104,13 @@ def copies_figure(rows: Sequence[Row]) -> Figure:
     axes = figure.add_subplot()
     for (agent, name), curve in _curves(rows).items():
         told = [r for r in curve if "partial, affine" in r]
-        x, y = ([r[measure] for r in told] for measure in ("partial, affine", "partial, motors"))
+        x, y = (_ends([r[m] for r in told]) for m in ("partial, affine", "partial, motors"))
         filled = COLOURS[agent] if name == "best" else "none"
         axes.errorbar(
-            [value["mean"] for value in x],
-            [value["mean"] for value in y],
-            xerr=_reach(x),
-            yerr=_reach(y),
+            x["mean"],
+            y["mean"],
+            xerr=(x["mean"] - x["low"], x["high"] - x["mean"]),
+            yerr=(y["mean"] - y["low"], y["high"] - y["mean"]),
             label=f"{agent}, {name}",
             fmt="o",
             ms=4,
@@ -177,9 +179,9 @@ def changes_figure(rows: Sequence[Row], label: str, panels: Mapping[str, str]) -
     for axes, (name, title) in zip(
         figure.subplots(1, len(panels), sharey=True, squeeze=False)[0], panels.items(), strict=True
     ):
-        low, mean, high = ([row[name][k] for row in rows] for k in ("low", "mean", "high"))
-        axes.hlines(places, low, high, color="tab:blue")
-        axes.plot(mean, places, "o", ms=4, color="tab:blue")
+        told = _ends([row[name] for row in rows])
+        axes.hlines(places, told["low"], told["high"], color="tab:blue")
+        axes.plot(told["mean"], places, "o", ms=4, color="tab:blue")
         axes.set(title=title, yticks=places, yticklabels=[row[label] for row in rows])
         axes.grid(axis="y", lw=0.4)
     figure.axes[0].invert_yaxis()
@@ -202,13 +204,12 @@ def _preset_line(
     _line(axes, f"{agent}, {name}", points, color=COLOURS[agent], ls=STYLES[name])
 
 
-def _reach(values: Sequence[Row]) -> list[list[float]]:
-    """How far intervals reach below and above their means."""
-    return [[v["mean"] - v["low"] for v in values], [v["high"] - v["mean"] for v in values]]
+def _ends(intervals: Sequence[Row]) -> dict[str, Float[np.ndarray, " _"]]:
+    """Means and ends of many intervals."""
+    return {k: np.array([told[k] for told in intervals]) for k in ("low", "mean", "high")}
 
 
 def _line(axes: Axes, label: str, points: Sequence[tuple[float | int, Row]], **style: Any) -> None:
-    x = [value for value, _ in points]
-    low, mean, high = ([found[k] for _, found in points] for k in ("low", "mean", "high"))
-    drawn = axes.plot(x, mean, marker="o", ms=3.5, label=label, **style)
-    axes.fill_between(x, low, high, alpha=0.2, color=drawn[0].get_color(), lw=0)
+    x, told = [value for value, _ in points], _ends([found for _, found in points])
+    drawn = axes.plot(x, told["mean"], marker="o", ms=3.5, label=label, **style)
+    axes.fill_between(x, told["low"], told["high"], alpha=0.2, color=drawn[0].get_color(), lw=0)
