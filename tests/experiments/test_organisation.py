@@ -13,8 +13,7 @@ from motorspace import ForwardAgent, LatticeAgent, UserError
 from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.experiments import organisation, paper, references, topology, topology_summary
 from motorspace.models.encoder import ConstantEncoder
-from motorspace.training import Run, simulation_scaling
-from motorspace.training.fit import init
+from motorspace.training import initial_run
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -154,8 +153,7 @@ def test_a_run_of_many_lengths_is_measured_at_one(monkeypatch):
     assert (simulation.min_horizon, simulation.horizon) == (1, 12)
     measured = []
     monkeypatch.setattr(topology, "organised", lambda run, num: measured.append(run.config) or {})
-    state = init(job.config.training, job.config.model, simulation_scaling(job.config), horizon=12)
-    job.measure(Run(job.config, state.model), 10)
+    job.measure(initial_run(job.config), 10)
     at_six = paper.changed(paper.cell("forward", 0.2, "quick", 0), topology.BEST)
     assert measured == [at_six]
 
@@ -163,9 +161,7 @@ def test_a_run_of_many_lengths_is_measured_at_one(monkeypatch):
 @pytest.fixture(scope="module")
 def untrained():
     """A fresh network of `best`."""
-    config = paper.changed(paper.cell("forward", 0.2, "quick", 0), topology.BEST)
-    state = init(config.training, config.model, simulation_scaling(config), horizon=6)
-    return Run(config, state.model)
+    return initial_run(paper.changed(paper.cell("forward", 0.2, "quick", 0), topology.BEST))
 
 
 def test_a_group_is_told_in_standard_form_as_well(found, untrained):
