@@ -327,6 +327,8 @@ TABLES: dict[str, tuple[str, Callable[[list[Row]], list[Row]]]] = {
     "floor": ("floor", floors),
     "topology": ("topology", organisation),
     "topology_lattice": ("topology at the paper's budget", organisation_lattice),
+    "topology_lattice_fifth": ("topology", organisation_lattice),
+    "topology_whole": ("topology at the paper's budget", organisation),
     "topology_shape": ("topology", shape),
     "topology_standard": ("topology", standard),
     "topology_turns": ("topology", turns),
