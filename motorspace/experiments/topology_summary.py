@@ -224,7 +224,7 @@ def _semipartial(measures: dict[str, float]) -> float | None:
     """The semipartial correlation with motors, which older results do not tell."""
     if measures.get("partial motors") is None:
         return None
-    return measures["partial motors"] * (1 - measures["rank correlation"] ** 2) ** 0.5
+    return measures["partial motors"] * max(0.0, 1 - measures["rank correlation"] ** 2) ** 0.5
 
 
 def interval(values: Sequence[float]) -> Row:

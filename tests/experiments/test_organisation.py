@@ -46,6 +46,8 @@ def test_displacements_themselves_are_organised_perfectly(found):
     assert found["lengths"]["24"]["translation"] < 1e-3
     row = topology_summary._numbers({"organisation": found, "errors": {}})
     assert row["linear R2"] > 0.9999 and row["winding"] == 1.0
+    rounded = found["topology"] | {"rank correlation": [1 + 1e-9, 0.0]}
+    assert topology_summary._semipartial({k: v for k, (v, _) in rounded.items()}) == 0.0
 
 
 def test_motors_themselves_are_not(found):
