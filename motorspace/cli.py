@@ -214,7 +214,8 @@ def topology_command(
         h, d = read_array(codes), read_array(displacements)
         told = topology(h, d, None if motors is None else read_array(motors), seed=seed)
         found = Sampled(h.reshape(len(h), -1), d, told)
-    write_as_told(out, topology_page(found).encode(), what="file")
+    what = "codes in standard form" if standard_form else "codes"
+    write_as_told(out, topology_page(found, what=what).encode(), what="file")
     if as_json:
         print(json.dumps({name: value for name, value, _, _ in found.topology.rows()}))
     else:

@@ -366,8 +366,8 @@ def topology_of(run: Run, *, seed: int, standard: bool = False) -> Sampled:
     return found._replace(topology=told)
 
 
-def topology_page(found: Sampled) -> str:
-    """The report as one self-contained page."""
+def topology_page(found: Sampled, *, what: str = "codes") -> str:
+    """The report as one self-contained page; `what` it is about."""
     rows = [
         {"measure": name, "value": value, "error": error, "perfect": perfect}
         for name, value, error, perfect in found.topology.rows()
@@ -376,7 +376,7 @@ def topology_page(found: Sampled) -> str:
     coordinates, displacements = pca(found.codes).coordinates[shown], found.displacements[shown]
     picture = figures.png(figures.codes_figure([("", coordinates, displacements)]))
     return report_page(
-        "How codes are organised by displacement",
+        f"How {what} are organised by displacement",
         [
             Section("Measures", MEASURES_TEXT, rows),
             Section(
