@@ -18,6 +18,7 @@ from motorspace.analysis.standard_form import standard_form
 from motorspace.experiments import paper, references
 from motorspace.experiments.measurement import TEST_SEED, draw_test, measure
 from motorspace.experiments.organisation import (
+    NUM_SEQUENCES,
     Codes,
     Encode,
     Motors,
@@ -274,10 +275,6 @@ def organised(run: Run, num: int) -> dict[str, Any]:
     return found
 
 
-NUM_STANDARD = 10_000
-"""Commands by which codes are brought to standard form."""
-
-
 def standard_encoder_of(run: Run) -> Encode:
     """The run's codes in standard form. Raises `UserError` if its encoder is not a group."""
     encoder, encode = run.model.encoder, encoder_of(run.encode)
@@ -288,7 +285,7 @@ def standard_encoder_of(run: Run) -> Encode:
         )
     _, agent, _ = run.config.simulation.build()
     key = jax.random.key(run.config.training.seed)
-    commands = jnp.asarray(random_commands(agent, (NUM_STANDARD, 1), key=key))[:, 0]
+    commands = jnp.asarray(random_commands(agent, (NUM_SEQUENCES, 1), key=key))[:, 0]
     scaled = commands / jnp.array(run.model.scaling.motors)
     transitions, readouts = (
         np.asarray(matrices, np.float64) for matrices in jax.vmap(encoder.matrices)(scaled)
