@@ -223,8 +223,7 @@ def ablation(rows: list[Row]) -> list[Row]:
 
 def standard(rows: list[Row]) -> list[Row]:
     """How the codes of `best` are organised as they are, and in standard form."""
-    names = ("rank correlation", "D_topo", "trustworthiness", "partial, motors")
-    names += ("semipartial, motors",)
+    names = topology_summary.IN_STANDARD_FORM
     return [
         {"agent": row["agent"], "r": f"{row['rotation']} pi"}
         | {column: row[column] for name in names for column in (name, f"{name}, standard")}

@@ -25,11 +25,11 @@ RANKED_SIZE = 1000
 """Points of a subset whose pairs are ranked, which takes longest."""
 MOST_NEIGHBOUR_POINTS = 20_000
 NEIGHBOURHOODS = (10, 20, 50)
-COPIED = (0, 2, 1)
 PARTIAL = {
-    "partial_displacement": (0, 1, 2),
-    "partial_motors": COPIED,
-    "partial_motors_affine": (3, 2, 1),
+    "partial_displacement": (distances.partial, (0, 1, 2)),
+    "partial_motors": (distances.partial, (0, 2, 1)),
+    "partial_motors_affine": (distances.partial, (3, 2, 1)),
+    "semipartial_motors": (distances.semipartial, (0, 2, 1)),
 }
 """Which two of codes, displacements, motors and affine images are correlated, the third fixed."""
 SMALL_TRANSLATION = 0.1
@@ -240,11 +240,10 @@ def _of_pairs(h: Points, p: Points, m: Points | None, subsets: list[np.ndarray])
             "rank_correlation": float(ranks[0, 1]),
         }
         if m is not None:
-            for name, order in PARTIAL.items():
-                sample[name] = distances.partial(ranks[np.ix_(order, order)])
-            sample["semipartial_motors"] = distances.semipartial(ranks[np.ix_(COPIED, COPIED)])
+            for name, (correlation, order) in PARTIAL.items():
+                sample[name] = correlation(ranks[np.ix_(order, order)])
         samples.append(sample)
-    return dict.fromkeys((*PARTIAL, "semipartial_motors")) | _estimates(samples)
+    return dict.fromkeys(PARTIAL) | _estimates(samples)
 
 
 def _of_neighbours(h: Points, p: Points, subsets: list[np.ndarray]) -> dict[str, Any]:

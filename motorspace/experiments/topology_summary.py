@@ -172,15 +172,43 @@ def _measured(runs: Sequence[Row]) -> Row:
 def _numbers(run: Row) -> dict[str, float]:
     """The numbers of one run that the tables and targets are about."""
     found = run["organisation"]
-    measures = {name: value for name, (value, _) in found["topology"].items()}
-    standard = {name: value for name, (value, _) in found.get("standard form", {}).items()}
     numbers = {
         "error": run["errors"].get("model"),
+        "collapse ratio": found["collapse"]["ratio"],
+        "AUC": found["collapse"]["auc"],
+    }
+    numbers |= _of_report(found["topology"])
+    numbers |= {f"composition, {name}": v for name, v in found["composition"].items()}
+    numbers |= {f"collapse, {name}": v for name, v in found["collapse"]["by kind"].items()}
+    turned = found["collapse"].get("by full turns", {})
+    numbers |= {f"{name} full turns": v for name, v in turned.items()}
+    numbers |= {f"T = {length}": v["translation"] for length, v in found["lengths"].items()}
+    if found["lengths"]:
+        fitted, longest = (found["lengths"][length]["translation"] for length in TOLD_LENGTHS)
+        numbers["T = 24 / T = 6"] = longest / fitted
+    if "standard form" in found:
+        standard = _of_report(found["standard form"])
+        numbers |= {f"{name}, standard": standard[name] for name in IN_STANDARD_FORM}
+    return {name: value for name, value in numbers.items() if value is not None}
+
+
+IN_STANDARD_FORM = (
+    "rank correlation",
+    "D_topo",
+    "trustworthiness",
+    "partial, motors",
+    "semipartial, motors",
+)
+"""What is told of codes in standard form as well."""
+
+
+def _of_report(report: Row) -> dict[str, float | None]:
+    """What a report on codes, {measure: [value, error]}, tells for tables and targets."""
+    measures = {name: value for name, (value, _) in report.items()}
+    return {
         "linear R2": min(measures[f"linear r2, {c}"] for c in COMPONENTS),
         "nonlinear R2": min(measures[f"nonlinear r2, {c}"] for c in COMPONENTS),
         "orientation error": measures["orientation error"],
-        "collapse ratio": found["collapse"]["ratio"],
-        "AUC": found["collapse"]["auc"],
         "D_topo": measures["normalised topology error"],
         "rank correlation": measures["rank correlation"],
         "partial, displacement": measures["partial displacement"],
@@ -195,29 +223,6 @@ def _numbers(run: Row) -> dict[str, float]:
         "dimension": measures["intrinsic dimension"],
         "components": measures["components 95"],
     }
-    numbers |= {f"composition, {name}": v for name, v in found["composition"].items()}
-    numbers |= {f"collapse, {name}": v for name, v in found["collapse"]["by kind"].items()}
-    turned = found["collapse"].get("by full turns", {})
-    numbers |= {f"{name} full turns": v for name, v in turned.items()}
-    numbers |= {f"T = {length}": v["translation"] for length, v in found["lengths"].items()}
-    if found["lengths"]:
-        fitted, longest = (found["lengths"][length]["translation"] for length in TOLD_LENGTHS)
-        numbers["T = 24 / T = 6"] = longest / fitted
-    if standard:
-        numbers |= {
-            f"{name}, standard": standard[measure] for name, measure in IN_STANDARD_FORM.items()
-        }
-        numbers["semipartial, motors, standard"] = _semipartial(standard)
-    return {name: value for name, value in numbers.items() if value is not None}
-
-
-IN_STANDARD_FORM = {
-    "rank correlation": "rank correlation",
-    "partial, motors": "partial motors",
-    "D_topo": "normalised topology error",
-    "trustworthiness": "trustworthiness, 20",
-}
-"""What is told of codes in standard form as well, by its name in the report."""
 
 
 def _semipartial(measures: dict[str, float]) -> float | None:

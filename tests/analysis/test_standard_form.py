@@ -32,7 +32,7 @@ def ranked(codes, displacements, motors):
 
 @pytest.fixture(scope="module", params=["forward", "holonomic"])
 def sequences(request):
-    """Random sequences, their displacements, and those of as many single commands."""
+    """Random sequences, their displacements, and those of single commands."""
     rotation = 0.6 * math.pi
     agent = ForwardAgent(rotation) if request.param == "forward" else HolonomicAgent(rotation)
     motors = random_commands(agent, (NUM, 6), key=jax.random.key(0))
