@@ -16,6 +16,10 @@ COMPONENTS = ("longitudinal", "lateral", "cos", "sin")
 FEWEST_POINTS = 100
 
 
+class DeadCodesError(UserError):
+    """The codes are all the same: there is nothing to measure."""
+
+
 class Coordinates(NamedTuple):
     """Displacements as points whose Euclidean distances compare them."""
 
@@ -72,12 +76,15 @@ def checked(
             f"{len(h)} points are too few to measure",
             remedy=f"give at least {FEWEST_POINTS:,}",
         )
-    for name, values in (("codes", h), ("displacements", d)):
-        if not np.ptp(values, axis=0).any():
-            raise UserError(
-                f"the {name} are all the same",
-                remedy="check that the encoder has not collapsed, or the columns that were read",
-            )
+    if not np.ptp(h, axis=0).any():
+        raise DeadCodesError(
+            "the codes are all the same",
+            remedy="check that the encoder has not collapsed, or the columns that were read",
+        )
+    if not np.ptp(d, axis=0).any():
+        raise UserError(
+            "the displacements are all the same", remedy="check the columns that were read"
+        )
     return h, d, m
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from motorspace._errors import UserError
 from motorspace._types import Key, Record
 from motorspace.analysis import circle
-from motorspace.analysis.coordinates import displacement_coordinates
+from motorspace.analysis.coordinates import DeadCodesError, displacement_coordinates
 from motorspace.analysis.errors import prediction_errors
 from motorspace.analysis.projections import pca
 from motorspace.analysis.standard_form import standard_form
@@ -266,7 +266,7 @@ def folded(run: Run, num: int) -> dict[str, Any]:
 def organised(run: Run, num: int) -> dict[str, Any]:
     """Prediction errors over `num` trajectories, and how the codes are organised."""
     found = _organisation(run, encoder_of(run.encode)) | measure(run, num)
-    if isinstance(run.model.encoder, GroupEncoder):
+    if found["organisation"] and isinstance(run.model.encoder, GroupEncoder):
         simulation, seed = run.config.simulation, run.config.training.seed
         _, agent, _ = simulation.build()
         encode = standard_encoder_of(run)
@@ -325,7 +325,11 @@ def organised_fixed(run: Run, num: int, *, row: str) -> dict[str, Any]:
 def _organisation(run: Run, encode: Encode) -> dict[str, Any]:
     simulation, seed = run.config.simulation, run.config.training.seed
     _, agent, _ = simulation.build()
-    found = organisation(encode, agent, horizon=simulation.horizon, seed=seed)
+    try:
+        found = organisation(encode, agent, horizon=simulation.horizon, seed=seed)
+    except DeadCodesError:
+        # That a network has died is what its run has shown; the runs beside it go on.
+        found = None
     return _unpredicted(run) | {"organisation": found}
 
 

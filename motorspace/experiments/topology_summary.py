@@ -170,10 +170,15 @@ def _measured(runs: Sequence[Row]) -> Row:
 
 
 def _numbers(run: Row) -> dict[str, float]:
-    """The numbers of one run that the tables and targets are about."""
-    found = run["organisation"]
-    numbers = {
-        "error": run["errors"].get("model"),
+    """The numbers of one run that the tables and targets are about; of dead codes the error."""
+    numbers = {"error": run["errors"].get("model")}
+    if run["organisation"]:
+        numbers |= _of_organisation(run["organisation"])
+    return {name: value for name, value in numbers.items() if value is not None}
+
+
+def _of_organisation(found: Row) -> dict[str, float | None]:
+    numbers: dict[str, float | None] = {
         "collapse ratio": found["collapse"]["ratio"],
         "AUC": found["collapse"]["auc"],
     }
@@ -189,7 +194,7 @@ def _numbers(run: Row) -> dict[str, float]:
     if "standard form" in found:
         standard = _of_report(found["standard form"])
         numbers |= {f"{name}, standard": standard[name] for name in IN_STANDARD_FORM}
-    return {name: value for name, value in numbers.items() if value is not None}
+    return numbers
 
 
 IN_STANDARD_FORM = (
@@ -266,7 +271,9 @@ def topology_claims(rows: Sequence[Row]) -> list[Row]:
     for row in (r for r in rows if r["row"] == "best"):
         cell = {"agent": row["agent"], "rotation": row["rotation"]}
         plain = [r for r in rows if r["row"] == "paper" and cell.items() <= r.items()]
-        values: Row = row | {"|partial, motors|": _magnitude(row["partial, motors"])}
+        values = row
+        if "partial, motors" in row:
+            values = row | {"|partial, motors|": _magnitude(row["partial, motors"])}
         if plain:
             level = plain[0]["error"]["mean"]
             values["error / paper"] = {k: row["error"][k] / level for k in ("mean", "low", "high")}

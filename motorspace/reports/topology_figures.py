@@ -179,9 +179,10 @@ def changes_figure(rows: Sequence[Row], label: str, panels: Mapping[str, str]) -
     for axes, (name, title) in zip(
         figure.subplots(1, len(panels), sharey=True, squeeze=False)[0], panels.items(), strict=True
     ):
-        told = _ends([row[name] for row in rows])
-        axes.hlines(places, told["low"], told["high"], color="tab:blue")
-        axes.plot(told["mean"], places, "o", ms=4, color="tab:blue")
+        shown = [place for place in places if name in rows[place]]
+        told = _ends([rows[place][name] for place in shown])
+        axes.hlines(shown, told["low"], told["high"], color="tab:blue")
+        axes.plot(told["mean"], shown, "o", ms=4, color="tab:blue")
         axes.set(title=title, yticks=places, yticklabels=[row[label] for row in rows])
         axes.grid(axis="y", lw=0.4)
     figure.axes[0].invert_yaxis()

@@ -232,6 +232,16 @@ def test_what_is_drawn_seldom_is_told_beside_how_seldom(found):
     assert all(row["ratio"]["mean"] < 1e-9 for row in rows)
 
 
+def test_codes_that_are_dead_leave_their_error_alone(found, untrained):
+    model = eqx.tree_at(lambda m: m.encoder, untrained.model, ConstantEncoder(6))
+    dead = topology.organised_encoder(replace(untrained, model=model), 0)
+    assert dead["organisation"] is None
+    dead |= {"errors": {"model": 9.0}, "name": "topology/forward-0.8 best"}
+    rows = topology_summary.topology_rows([dead | {"seed": 1}, dead | {"organisation": found}])
+    assert [(r["seeds"], r["error"]["mean"], "linear R2" in r) for r in rows] == [(2, 9.0, False)]
+    assert topology_summary.topology_claims(rows) == []
+
+
 def test_changes_stand_between_the_papers_system_and_best(found):
     names = ("ablation/gru", "topology/holonomic-0.8 best", "topology/holonomic-0.8 paper")
     runs = [{"name": n, "epochs": 10, "organisation": found, "errors": {}} for n in names]

@@ -85,9 +85,10 @@ def test_the_figures_of_organisation_show_every_row():
     ]
     (axes,) = topology_figures.angle_figure(angles).axes
     assert [line.get_label() for line in axes.lines] == ["r = 0.2 pi", "r = 0.8 pi"]
-    changes = [{"change": name, "error": told(2.0)} for name in ("one", "other")]
+    changes = [{"change": "one", "error": told(2.0)}, {"change": "dead"}]
     (axes,) = topology_figures.changes_figure(changes, "change", {"error": "error"}).axes
-    assert [label.get_text() for label in axes.get_yticklabels()] == ["one", "other"]
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["one", "dead"]
+    assert axes.lines[0].get_ydata().tolist() == [0]
 
 
 def test_tables_show_means_with_their_range_and_gaps_as_dashes():
