@@ -61,6 +61,10 @@ ABLATION: dict[str, dict[str, Changes]] = {
         "gru": {"model": {"encoder": "gru"}},
         "linear recurrence": {"model": {"encoder": "linear"}},
         "attention": {"model": {"encoder": "attention"}},
+        "attention, step of 1e-3": {
+            "model": {"encoder": "attention"},
+            "training": {"learning_rate": 1e-3},
+        },
     },
     "best": {
         "group, no noise": {"training": {"code_noise": 0.0}},
