@@ -161,12 +161,15 @@ def _named(results: Sequence[Row], name: str) -> list[Row]:
 
 
 def _measured(runs: Sequence[Row]) -> Row:
-    """The mean of every measure, with the interval of the mean over seeds."""
+    """The mean of every measure that all runs have, with the interval of the mean over seeds."""
     measures = [_numbers(run) for run in runs]
     names = [name for name in measures[0] if all(name in m for m in measures)]
-    return {"seeds": len(runs), "epochs": runs[0]["epochs"]} | {
-        name: interval([m[name] for m in measures]) for name in names
-    }
+    dead = sum(run["organisation"] is None for run in runs)
+    return (
+        {"seeds": len(runs), "epochs": runs[0]["epochs"]}
+        | {name: interval([m[name] for m in measures]) for name in names}
+        | ({"dead": interval([float(dead)])} if dead else {})
+    )
 
 
 def _numbers(run: Row) -> dict[str, float]:
@@ -282,6 +285,8 @@ def topology_claims(rows: Sequence[Row]) -> list[Row]:
         targets: list[tuple[str, str, dict[str, Any]]] = [*TARGETS]
         if row["rotation"] >= CLOSED_FROM:
             targets.append(("winding number, magnitude", "winding", {"least": 1.0}))
+        if "dead" in row:
+            targets.append(("runs whose codes have died", "dead", {"most": 0.0}))
         for claim, name, bound in targets:
             if name in values:
                 made.append(claimed(f"{title}: {claim}", values[name], **bound) | scope)
