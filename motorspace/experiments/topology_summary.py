@@ -274,9 +274,9 @@ def topology_claims(rows: Sequence[Row]) -> list[Row]:
     for row in (r for r in rows if r["row"] == "best"):
         cell = {"agent": row["agent"], "rotation": row["rotation"]}
         plain = [r for r in rows if r["row"] == "paper" and cell.items() <= r.items()]
-        values = row
+        values = dict(row)
         if "partial, motors" in row:
-            values = row | {"|partial, motors|": _magnitude(row["partial, motors"])}
+            values["|partial, motors|"] = _magnitude(row["partial, motors"])
         if plain:
             level = plain[0]["error"]["mean"]
             values["error / paper"] = {k: row["error"][k] / level for k in ("mean", "low", "high")}
