@@ -9,8 +9,7 @@ import jax.numpy as jnp
 from benchmarks.harness import Contender, Launch, report, take_turns
 from motorspace import RunConfig, fresh_experience, simulation_scaling
 from motorspace.experiments.paper import FORWARD
-from motorspace.training import init
-from motorspace.training.fit import train_epoch
+from motorspace.training.fit import init, train_epoch
 
 
 def main() -> None:

@@ -32,8 +32,7 @@ from motorspace import (
 )
 from motorspace._files import write_json
 from motorspace.experiments.paper import FORWARD
-from motorspace.training import init
-from motorspace.training.fit import train_epoch, train_epoch_together
+from motorspace.training.fit import init, train_epoch, train_epoch_together
 from motorspace.trajectories.sampling import CHUNK_SIZE, SamplingPlan, simulate
 from motorspace.worlds.layouts import random_rooms
 

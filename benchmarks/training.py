@@ -13,8 +13,7 @@ from benchmarks.harness import Contender, Launch, report, take_turns
 from benchmarks.roofline import fma_peak
 from motorspace import Experience, fresh_experience, simulation_scaling
 from motorspace.experiments.paper import FORWARD
-from motorspace.training import init
-from motorspace.training.fit import train_epoch
+from motorspace.training.fit import init, train_epoch
 
 UPDATES = 10
 

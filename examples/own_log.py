@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from motorspace.trajectories.logs import describe, read_log, windows
+from motorspace.recordings.readers.base import read_log
+from motorspace.recordings.recording import describe, windows
 
 rng = np.random.default_rng(0)
 speed = rng.uniform(0.0, 0.2, 200)

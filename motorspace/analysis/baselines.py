@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from motorspace.trajectories import Experience, Trajectories
+from motorspace.trajectories.transitions import Experience, Trajectories
 
 
 def mean_squared_error(predicted: Float[Array, "*N K"], true: Float[Array, "N K"]) -> float:

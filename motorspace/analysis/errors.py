@@ -14,7 +14,7 @@ from motorspace.analysis.baselines import (
     persistence_error,
     skill,
 )
-from motorspace.trajectories import Experience
+from motorspace.trajectories.transitions import Experience
 
 CHUNK_SIZE = 8000
 """Trajectories measured at once; whoever draws as many shares the compiled sampler."""

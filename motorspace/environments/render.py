@@ -6,7 +6,8 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from motorspace._types import Pose
-from motorspace.worlds import AbstractSensor, AbstractWorld, LatticeWorld, RangeFan, WalledWorld
+from motorspace.worlds.sensors import AbstractSensor, RangeFan
+from motorspace.worlds.world import AbstractWorld, LatticeWorld, WalledWorld
 
 SIZE = 320
 PAPER, INK, RAY, BODY = (255, 255, 255), (40, 40, 40), (255, 160, 60), (30, 100, 200)

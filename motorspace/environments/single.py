@@ -8,14 +8,8 @@ from jaxtyping import Float, UInt8
 
 from motorspace._errors import UserError
 from motorspace._types import Pose
+from motorspace.environments.core import AgentName, Outcome, build_setting, compiled, jax_key
 from motorspace.environments.render import render
-from motorspace.environments.setting import (
-    AgentName,
-    Outcome,
-    build_setting,
-    compiled,
-    jax_key,
-)
 
 Observation = Float[np.ndarray, " K"]
 

@@ -10,13 +10,7 @@ from gymnasium.vector.utils import batch_space
 from jaxtyping import Bool, Float
 
 from motorspace._errors import UserError
-from motorspace.environments.setting import (
-    AgentName,
-    Outcome,
-    build_setting,
-    compiled,
-    jax_key,
-)
+from motorspace.environments.core import AgentName, Outcome, build_setting, compiled, jax_key
 
 Observations = Float[np.ndarray, "N K"]
 Flags = Bool[np.ndarray, " N"]

@@ -12,18 +12,17 @@ from motorspace.analysis.projections import pca
 from motorspace.experiments import references
 from motorspace.experiments.figures import codes_of, world_figures
 from motorspace.experiments.measurement import measure
-from motorspace.models import ModelConfig
+from motorspace.models.config import ModelConfig
 from motorspace.reports import figures
 from motorspace.reports.page import Section, report_page
-from motorspace.training import (
-    Run,
+from motorspace.training.config import (
     RunConfig,
     SimulationConfig,
     TrainingConfig,
     fresh_experience,
     simulation_scaling,
-    train,
 )
+from motorspace.training.runs import Run, train
 
 EPOCHS = 200
 ORACLE_EPOCHS = 200

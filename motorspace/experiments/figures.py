@@ -13,9 +13,12 @@ from motorspace.analysis.projections import ica, pca
 from motorspace.experiments import paper, robots
 from motorspace.experiments.measurement import draw_test
 from motorspace.reports import figures
-from motorspace.training import Run, SimulationConfig, load_run
-from motorspace.training.config import AgentName
-from motorspace.worlds import RangeFan, WalledWorld, layout, layout_names, rollout
+from motorspace.training.config import AgentName, SimulationConfig
+from motorspace.training.runs import Run, load_run
+from motorspace.worlds.layouts import layout, layout_names
+from motorspace.worlds.sensors import RangeFan
+from motorspace.worlds.simulation import rollout
+from motorspace.worlds.world import WalledWorld
 
 AGENTS: tuple[AgentName, ...] = ("forward", "holonomic")
 SHOWN_ROTATIONS = (0.2, 0.4, 0.8)

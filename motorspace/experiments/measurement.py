@@ -17,10 +17,15 @@ from motorspace.analysis.coordinates import COMPONENTS
 from motorspace.analysis.errors import CHUNK_SIZE, prediction_errors
 from motorspace.analysis.probes import displacement_targets, linear_probe
 from motorspace.analysis.projections import pca
-from motorspace.models import Model
-from motorspace.training import Run, RunConfig
-from motorspace.trajectories import Experience, Trajectories, sample
-from motorspace.worlds import LatticeAgent, LatticeWorld, NodeIndex, step
+from motorspace.models.model import Model
+from motorspace.training.config import RunConfig
+from motorspace.training.runs import Run
+from motorspace.trajectories.sampling import sample
+from motorspace.trajectories.transitions import Experience, Trajectories
+from motorspace.worlds.agents import LatticeAgent
+from motorspace.worlds.sensors import NodeIndex
+from motorspace.worlds.simulation import step
+from motorspace.worlds.world import LatticeWorld
 
 TEST_SEED = 1_000_003
 """Evaluation draws from its own stream: training seeds stay far below it."""

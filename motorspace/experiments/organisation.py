@@ -17,7 +17,7 @@ from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.analysis.probes import linear_decoder
 from motorspace.analysis.topology import Topology, topology
 from motorspace.trajectories.equivalent import EquivalentSequences, equivalent_sequences, explored
-from motorspace.worlds import AbstractAgent, LatticeAgent
+from motorspace.worlds.agents import AbstractAgent, LatticeAgent
 from motorspace.worlds.simulation import nominal_displacement
 
 Motors = Float[np.ndarray, "N _ M"]

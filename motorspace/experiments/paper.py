@@ -12,14 +12,8 @@ from motorspace._files import locked, write_json
 from motorspace._types import Watch
 from motorspace.experiments import references
 from motorspace.experiments.measurement import measure
-from motorspace.training import (
-    Run,
-    RunConfig,
-    SimulationConfig,
-    TrainingConfig,
-    initial_run,
-    train,
-)
+from motorspace.training.config import RunConfig, SimulationConfig, TrainingConfig
+from motorspace.training.runs import Run, initial_run, train
 
 Budget = Literal["quick", "fifth", "half", "paper"]
 Part = Literal["model", "oracle", "untrained", "shuffled", "supervised", "initial"]

@@ -8,10 +8,10 @@ import jax.numpy as jnp
 from motorspace._types import Count, Displacement, Key, Motors, Pose
 from motorspace.analysis.baselines import with_displacement_as_motors
 from motorspace.analysis.probes import displacement_targets
-from motorspace.models import Scaling
-from motorspace.training import RunConfig, fresh_experience, simulation_scaling, simulator
-from motorspace.trajectories import Experience, ExperienceSource, Trajectories
-from motorspace.worlds import AbstractAgent
+from motorspace.models.model import Scaling
+from motorspace.training.config import RunConfig, fresh_experience, simulation_scaling, simulator
+from motorspace.trajectories.transitions import Experience, ExperienceSource, Trajectories
+from motorspace.worlds.agents import AbstractAgent
 from motorspace.worlds.simulation import nominal_displacement
 
 Source = Callable[[Key, Count], Experience]

@@ -24,13 +24,8 @@ from motorspace.experiments import (
     topology,
     topology_summary,
 )
-from motorspace.training import (
-    RunConfig,
-    fresh_experience,
-    simulation_scaling,
-    train,
-    train_together,
-)
+from motorspace.training.config import RunConfig, fresh_experience, simulation_scaling
+from motorspace.training.runs import train, train_together
 
 Report = Callable[[str], None]
 

@@ -21,10 +21,13 @@ from motorspace.analysis.baselines import (
 )
 from motorspace.analysis.coordinates import COMPONENTS
 from motorspace.analysis.probes import displacement_targets, linear_probe
-from motorspace.models import ModelConfig, Scaling
-from motorspace.training import Run, RunConfig, SimulationConfig, TrainingConfig, load_run, train
-from motorspace.trajectories import Trajectories
-from motorspace.trajectories.logs import Recording, read_log, split_blocks, windows
+from motorspace.models.config import ModelConfig
+from motorspace.models.model import Scaling
+from motorspace.recordings.readers.base import read_log
+from motorspace.recordings.recording import Recording, split_blocks, windows
+from motorspace.training.config import RunConfig, SimulationConfig, TrainingConfig
+from motorspace.training.runs import Run, load_run, train
+from motorspace.trajectories.transitions import Trajectories
 
 NUM_BLOCKS = 20
 SPLIT_SEED = 0

@@ -34,9 +34,10 @@ from motorspace.experiments.organisation import (
 from motorspace.models.encoder import GroupEncoder
 from motorspace.reports import figures
 from motorspace.reports.page import Section, report_page
-from motorspace.training import Run, RunConfig, fresh_experience, simulation_scaling
+from motorspace.training.config import RunConfig, fresh_experience, simulation_scaling
 from motorspace.training.fit import TrainState, fit, init
-from motorspace.trajectories import Experience
+from motorspace.training.runs import Run
+from motorspace.trajectories.transitions import Experience
 
 Changes = dict[str, dict[str, Any]]
 

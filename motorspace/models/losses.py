@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 from motorspace._types import Key, Scalar
 from motorspace.models.encoder import GroupEncoder
 from motorspace.models.model import Model
-from motorspace.trajectories import Experience
+from motorspace.trajectories.transitions import Experience
 
 Codes = Float[Array, "N C"]
 

@@ -12,7 +12,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from motorspace._types import Pose
-from motorspace.worlds import RangeFan, WalledWorld
+from motorspace.worlds.sensors import RangeFan
+from motorspace.worlds.world import WalledWorld
 
 Numbers = Float[np.ndarray, "N ..."]
 COMPONENTS = ("longitudinal displacement", "lateral displacement", "orientation change")

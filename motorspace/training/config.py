@@ -10,20 +10,14 @@ import jax.numpy as jnp
 
 from motorspace._errors import UserError
 from motorspace._types import Collision, Count, Key
-from motorspace.models import ModelConfig, Scaling
-from motorspace.trajectories import ExperienceSource, SamplingPlan, Trajectories, simulate
-from motorspace.worlds import (
-    AbstractAgent,
-    AbstractSensor,
-    AbstractWorld,
-    ForwardAgent,
-    HolonomicAgent,
-    LatticeAgent,
-    LatticeWorld,
-    NodeIndex,
-    RangeFan,
-    layout,
-)
+from motorspace.models.config import ModelConfig
+from motorspace.models.model import Scaling
+from motorspace.trajectories.sampling import SamplingPlan, simulate
+from motorspace.trajectories.transitions import ExperienceSource, Trajectories
+from motorspace.worlds.agents import AbstractAgent, ForwardAgent, HolonomicAgent, LatticeAgent
+from motorspace.worlds.layouts import layout
+from motorspace.worlds.sensors import AbstractSensor, NodeIndex, RangeFan
+from motorspace.worlds.world import AbstractWorld, LatticeWorld
 
 AgentName = Literal["lattice", "forward", "holonomic"]
 

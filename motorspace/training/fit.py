@@ -13,7 +13,7 @@ from jaxtyping import Array, Int
 
 from motorspace._errors import UserError
 from motorspace._types import Count, Key, Keys, Record, Scalar
-from motorspace.models import Model, ModelConfig, Scaling, build_model
+from motorspace.models.config import ModelConfig
 from motorspace.models.losses import (
     code_variance,
     composition_loss,
@@ -25,8 +25,9 @@ from motorspace.models.losses import (
     prediction_loss,
     slowness_loss,
 )
+from motorspace.models.model import Model, Scaling, build_model
 from motorspace.training.config import TrainingConfig
-from motorspace.trajectories import Experience, ExperienceSource
+from motorspace.trajectories.transitions import Experience, ExperienceSource
 
 COLLAPSED_BELOW = 1e-5
 """Codes in [0, 1] whose mean variance is below this carry nothing: they have collapsed."""

@@ -28,11 +28,11 @@ from safetensors.numpy import load, save
 from motorspace._errors import UserError
 from motorspace._files import locked, write_atomically, write_json
 from motorspace._types import Record, Watch
-from motorspace.models import Model, Scaling
 from motorspace.models.losses import encode_all
+from motorspace.models.model import Model, Scaling
 from motorspace.training.config import RunConfig, config_from_json, simulation_scaling
 from motorspace.training.fit import COLLAPSED_BELOW, TrainState, fit, fit_together, horizon_of, init
-from motorspace.trajectories import Experience, ExperienceSource
+from motorspace.trajectories.transitions import Experience, ExperienceSource
 
 FORMAT_VERSION = 1
 CHECKPOINT_SECONDS = 30.0

@@ -12,7 +12,7 @@ from jaxtyping import Key as KeyArray
 
 from motorspace._errors import UserError
 from motorspace._types import Collision, Count, Key, Keys
-from motorspace.trajectories.trajectories import Displacements, Experience, Trajectories
+from motorspace.trajectories.transitions import Displacements, Experience, Trajectories
 from motorspace.worlds.agents import AbstractAgent
 from motorspace.worlds.exploration import explore
 from motorspace.worlds.geometry import relative

@@ -12,7 +12,7 @@ from safetensors.numpy import load, save
 
 from motorspace._errors import UserError
 from motorspace._files import write_as_told
-from motorspace.trajectories.trajectories import Displacements, Experience, Trajectories
+from motorspace.trajectories.transitions import Displacements, Experience, Trajectories
 
 EXPERIENCE = ("sensors", "motors", "num_steps", "later_sensors")
 DISPLACEMENTS = ("nominal", "achieved")

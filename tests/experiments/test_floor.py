@@ -10,8 +10,10 @@ import pytest
 from motorspace import RunConfig, SimulationConfig
 from motorspace._types import Pose
 from motorspace.experiments import floor
-from motorspace.trajectories import Displacements, Experience, Trajectories
-from motorspace.worlds import AbstractSensor, ForwardAgent, Layout
+from motorspace.trajectories.transitions import Displacements, Experience, Trajectories
+from motorspace.worlds.agents import ForwardAgent
+from motorspace.worlds.layouts import Layout
+from motorspace.worlds.sensors import AbstractSensor
 
 SIDE = 200.0
 SQUARE = Layout("square", (0.0, 0.0, SIDE, SIDE)).world()

@@ -11,16 +11,15 @@ from motorspace._types import Pose
 from motorspace.analysis.errors import CHUNK_SIZE
 from motorspace.experiments import measurement
 from motorspace.experiments.measurement import lattice_counts, measure
-from motorspace.models import (
-    AbstractMotorEncoder,
-    Model,
-    ModelConfig,
-    Scaling,
-    SensorPredictor,
-    build_model,
-)
-from motorspace.training import Run, RunConfig, SimulationConfig, TrainingConfig
-from motorspace.worlds import LatticeAgent, LatticeWorld, NodeIndex, rollout
+from motorspace.models.config import ModelConfig
+from motorspace.models.encoder import AbstractMotorEncoder
+from motorspace.models.model import Model, Scaling, SensorPredictor, build_model
+from motorspace.training.config import RunConfig, SimulationConfig, TrainingConfig
+from motorspace.training.runs import Run
+from motorspace.worlds.agents import LatticeAgent
+from motorspace.worlds.sensors import NodeIndex
+from motorspace.worlds.simulation import rollout
+from motorspace.worlds.world import LatticeWorld
 
 SIDE, HORIZON = 3, 3
 CONFIG = RunConfig(

@@ -13,7 +13,7 @@ from motorspace import ForwardAgent, LatticeAgent, UserError
 from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.experiments import organisation, paper, references, topology, topology_summary
 from motorspace.models.encoder import ConstantEncoder
-from motorspace.training import initial_run
+from motorspace.training.runs import initial_run
 
 
 @pytest.fixture(scope="module", autouse=True)

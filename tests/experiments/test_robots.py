@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.trajectories.test_logs import carmen_text
 
 from motorspace.experiments import robots
-from motorspace.training import SimulationConfig
-from motorspace.trajectories.logs import read_log
-from tests.trajectories.test_logs import carmen_text
+from motorspace.recordings.readers.base import read_log
+from motorspace.training.config import SimulationConfig
 
 EXPERIMENT = robots.RobotExperiment(horizon_scans=3, shortest_scans=1, per_scan=True)
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from motorspace import ModelConfig
-from motorspace.models import Scaling, build_model
 from motorspace.models.encoder import RecurrentEncoder
+from motorspace.models.model import Scaling, build_model
 
 SCALING = Scaling((10.0,) * 9, (1.0, 1.0))
 MOTORS = jax.random.uniform(jax.random.key(1), (5, 2), minval=-1.0)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from motorspace import ModelConfig
-from motorspace.models import Scaling, build_model
+from motorspace.models.model import Scaling, build_model
 
 KEY = jax.random.key(0)
 SCALING = Scaling((10.0, 5.0), (2.0, 1.0))

@@ -16,7 +16,6 @@ from motorspace import (
     TrainingConfig,
     UserError,
 )
-from motorspace.models import Scaling, build_model
 from motorspace.models.losses import (
     code_variance,
     composition_loss,
@@ -29,8 +28,9 @@ from motorspace.models.losses import (
     slowness_loss,
     spread,
 )
-from motorspace.training import fit, init, simulator
-from motorspace.training.fit import most_promising, train_epoch
+from motorspace.models.model import Scaling, build_model
+from motorspace.training.config import simulator
+from motorspace.training.fit import fit, init, most_promising, train_epoch
 
 SMALL = TrainingConfig(epochs=30, trajectories_per_epoch=512, batch_size=64, learning_rate=3e-3)
 SCALING = Scaling((1.0,), (1.0,))

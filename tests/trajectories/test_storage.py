@@ -7,8 +7,8 @@ import pytest
 from safetensors.numpy import save_file
 
 from motorspace import UserError
-from motorspace.trajectories import Displacements, Experience, Trajectories
 from motorspace.trajectories.storage import load_trajectories, save_trajectories
+from motorspace.trajectories.transitions import Displacements, Experience, Trajectories
 
 CONFIG = {"agent": "forward", "horizon": 6, "nested": {"rates": [0.5, None]}}
 

@@ -20,9 +20,9 @@ from motorspace import (
     layout_names,
     rollout,
 )
-from motorspace.worlds import Layout, step
 from motorspace.worlds.exploration import MAX_REFUSALS, explore
-from motorspace.worlds.simulation import nominal_displacement
+from motorspace.worlds.layouts import Layout
+from motorspace.worlds.simulation import nominal_displacement, step
 
 NUM, STEPS = 128, 24
 AGENTS = {"forward": ForwardAgent(), "holonomic": HolonomicAgent()}

@@ -3,12 +3,9 @@
 from pathlib import Path
 
 from motorspace._errors import UserError
-from motorspace.trajectories.logs.carmen import read_carmen as read_carmen
-from motorspace.trajectories.logs.recording import Recording as Recording
-from motorspace.trajectories.logs.recording import describe as describe
-from motorspace.trajectories.logs.recording import split_blocks as split_blocks
-from motorspace.trajectories.logs.recording import windows as windows
-from motorspace.trajectories.logs.table import read_table as read_table
+from motorspace.recordings.readers.carmen import read_carmen
+from motorspace.recordings.readers.table import read_table
+from motorspace.recordings.recording import Recording
 
 READERS = {
     ".log": read_carmen,

@@ -14,19 +14,11 @@ from jaxtyping import Array, Float, Shaped
 
 from motorspace._errors import UserError
 from motorspace._types import Flags, Key, Keys, Motor, Pose
-from motorspace.worlds import (
-    AbstractAgent,
-    AbstractSensor,
-    AbstractWorld,
-    ForwardAgent,
-    HolonomicAgent,
-    LatticeAgent,
-    LatticeWorld,
-    NodeIndex,
-    RangeFan,
-    layout,
-    step,
-)
+from motorspace.worlds.agents import AbstractAgent, ForwardAgent, HolonomicAgent, LatticeAgent
+from motorspace.worlds.layouts import layout
+from motorspace.worlds.sensors import AbstractSensor, NodeIndex, RangeFan
+from motorspace.worlds.simulation import step
+from motorspace.worlds.world import AbstractWorld, LatticeWorld
 
 AgentName = Literal["lattice", "forward", "holonomic"]
 

@@ -17,7 +17,8 @@ from motorspace._files import write_as_told, write_json
 from motorspace._types import Record, Watch
 from motorspace.experiments import paper
 from motorspace.experiments.measurement import measure
-from motorspace.training import RunConfig, fresh_experience, load_run, simulation_scaling, train
+from motorspace.training.config import RunConfig, fresh_experience, simulation_scaling
+from motorspace.training.runs import load_run, train
 
 Flag = tyro.conf.FlagCreatePairsOff[bool]
 AsJson = Annotated[Flag, tyro.conf.arg(name="json", help="Print the results as JSON.")]
@@ -127,7 +128,8 @@ def inspect_command(file: tyro.conf.Positional[Path], as_json: AsJson = False) -
     Args:
         file: A CARMEN log (plain or gzip), a CSV or a Parquet table.
     """
-    from motorspace.trajectories.logs import describe, read_log
+    from motorspace.recordings.readers.base import read_log
+    from motorspace.recordings.recording import describe
 
     show(describe(read_log(file)), as_json=as_json)
 

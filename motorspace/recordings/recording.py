@@ -10,7 +10,7 @@ from jaxtyping import Float, Int
 
 from motorspace._errors import UserError
 from motorspace._types import Key
-from motorspace.trajectories.trajectories import Displacements, Experience, Trajectories
+from motorspace.trajectories.transitions import Displacements, Experience, Trajectories
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from motorspace._errors import UserError
-from motorspace.trajectories.logs.recording import Recording, relative_poses
+from motorspace.recordings.recording import Recording, relative_poses
 
 
 def read_carmen(

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from motorspace import UserError
-from motorspace.trajectories.logs import describe, read_log, split_blocks, windows
-from motorspace.trajectories.logs.recording import chained, relative_poses
+from motorspace.recordings.readers.base import read_log
+from motorspace.recordings.recording import chained, describe, relative_poses, split_blocks, windows
 
 DATA = Path(os.environ.get("MOTORSPACE_DATA", Path(__file__).parents[3] / "shared" / "data"))
 

@@ -3,7 +3,8 @@
 import pytest
 
 from motorspace import UserError
-from motorspace.trajectories.logs import describe, read_log
+from motorspace.recordings.readers.base import read_log
+from motorspace.recordings.recording import describe
 
 SCAN = "FLASER 2 1 1 {0} 0 0 {0} 0 0 {0} host {0}\n"
 ROWS = "0,0.5,1\n1,0.25,3\n"

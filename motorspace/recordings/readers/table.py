@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from motorspace._errors import UserError
-from motorspace.trajectories.logs.recording import Recording
+from motorspace.recordings.recording import Recording
 
 POSE = ("x", "y", "theta")
 

@@ -1,0 +1,1 @@
+"""Walks through time: simulated, or read from robots' logs."""

@@ -1,0 +1,59 @@
+"""The agents and sensors there are, known by name before their modules are imported.
+
+A test holds every entry against the class that it stands for.
+"""
+
+import math
+from typing import Any
+
+from motorspace._kinds import Builtin, Parameter, Registry
+
+MAX_ROTATION = Parameter(
+    "max_rotation", 0.8 * math.pi, "Largest body rotation per step.", in_pi=True
+)
+
+AGENTS: Registry[Any] = Registry(
+    "agent",
+    {
+        "forward": Builtin("motorspace.worlds.agents", "ForwardAgent", (MAX_ROTATION,)),
+        "holonomic": Builtin(
+            "motorspace.worlds.agents",
+            "HolonomicAgent",
+            (
+                MAX_ROTATION,
+                Parameter(
+                    "head_rule",
+                    "set",
+                    "The head command: set the head's angle, or turn the head by it.",
+                    ("set", "turn"),
+                ),
+                Parameter(
+                    "head_start",
+                    "aligned",
+                    "The head's angle when a trajectory begins.",
+                    ("aligned", "random"),
+                ),
+            ),
+        ),
+        "lattice": Builtin("motorspace.worlds.agents", "LatticeAgent"),
+    },
+)
+
+SENSORS: Registry[Any] = Registry(
+    "sensor",
+    {
+        "range_fan": Builtin(
+            "motorspace.worlds.sensors.range_fan",
+            "RangeFan",
+            (
+                Parameter("num_rays", 9, "Distance sensors."),
+                Parameter("max_range", 10.0, "Range of the distance sensors, world units."),
+                Parameter(
+                    "field_of_view", math.pi, "Field of view of the distance sensors.", in_pi=True
+                ),
+                Parameter("sense_head", False, "Whether the head's angle is one more sensor."),
+            ),
+        ),
+        "node_index": Builtin("motorspace.worlds.sensors.node_index", "NodeIndex"),
+    },
+)
