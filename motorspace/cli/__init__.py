@@ -13,7 +13,7 @@ import jax
 import tyro
 
 from motorspace._errors import UserError
-from motorspace._files import write_as_told, write_json
+from motorspace._files import write_atomically, write_json
 from motorspace._types import Record, Watch
 from motorspace.experiments import paper
 from motorspace.experiments.measurement import measure
@@ -217,7 +217,7 @@ def topology_command(
         told = topology(h, d, None if motors is None else read_array(motors), seed=seed)
         found = Sampled(h.reshape(len(h), -1), d, told)
     what = "codes in standard form" if standard_form else "codes"
-    write_as_told(out, topology_page(found, what=what).encode(), what="file")
+    write_atomically(out, topology_page(found, what=what).encode())
     if as_json:
         print(json.dumps({name: value for name, value, _, _ in found.topology.rows()}))
     else:

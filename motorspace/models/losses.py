@@ -5,7 +5,6 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from motorspace._types import Key, Scalar
-from motorspace.models.encoder import GroupEncoder
 from motorspace.models.model import Model
 from motorspace.trajectories.transitions import Experience
 
@@ -67,19 +66,9 @@ def composition_loss(model: Model, batch: Experience, codes: Codes) -> Scalar:
     return jnp.mean(jnp.where(batch.num_steps > 1, errors, 0.0)) / spread(codes)
 
 
-def isometry_loss(model: Model, batch: Experience) -> Scalar:
-    """Mean squared deviation of the commands from such as keep lengths.
-
-    mean || A(m)^T A(m) - 1 ||_F^2, A without its translation: small growth with each command adds
-    up over many of them. Encoders without such matrices have none.
-    """
-    if not isinstance(model.encoder, GroupEncoder):
-        return jnp.zeros(())
-    linear = jax.vmap(jax.vmap(model.encoder.linear_part))(
-        batch.motors / jnp.array(model.scaling.motors)
-    )
-    gram = jnp.swapaxes(linear, -1, -2) @ linear
-    return jnp.mean(jnp.sum((gram - jnp.eye(gram.shape[-1])) ** 2, axis=(-2, -1)))
+def penalty_loss(model: Model, batch: Experience) -> Scalar:
+    """The encoder's own penalty on the batch's commands; see `AbstractMotorEncoder.penalty`."""
+    return model.encoder.penalty(batch.motors / jnp.array(model.scaling.motors))
 
 
 def noisy(codes: Codes, amount: Scalar, *, key: Key) -> Codes:
