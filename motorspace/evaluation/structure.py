@@ -21,7 +21,7 @@ from motorspace.evaluation.prediction import Metrics
 from motorspace.training.data import Derived, Logged, simulated
 from motorspace.training.run import Run
 from motorspace.training.sources import logged_data
-from motorspace.trajectories.commands import nominal_displacements, random_commands
+from motorspace.trajectories.commands import nominal, random_commands
 from motorspace.trajectories.equivalent import EquivalentSequences, equivalent_sequences
 from motorspace.worlds.agents import AbstractAgent
 
@@ -142,7 +142,7 @@ def sampled(subject: Subject, *, seed: int, subsets: int = 5) -> Sampled:
     """The report on the codes of fresh random sequences."""
     key = jax.random.key(MEASURE_SEED - 1 - seed)
     motors = commands(subject, (NUM_SEQUENCES, subject.horizon), key=key)
-    codes, displacements = subject.encode(motors), nominal_displacements(subject.agent, motors)
+    codes, displacements = subject.encode(motors), nominal(subject.agent, motors)
     found = topology(codes, displacements, motors, subsets=subsets, seed=seed)
     return Sampled(codes, displacements, found)
 
@@ -181,7 +181,7 @@ def _equivalent(subject: Subject, *, key: Key) -> EquivalentSequences:
         )
     motors = commands(subject, (NUM_SEQUENCES, horizon), key=key)
     none = np.zeros(len(motors), int)
-    groups = equal_rows(nominal_displacements(agent, motors))
+    groups = equal_rows(nominal(agent, motors))
     return EquivalentSequences(motors, groups, none, none, ())
 
 
@@ -229,7 +229,7 @@ def length_errors(subject: Subject, *, key: Key) -> Metrics:
     encode, agent = subject.encode, subject.agent
     fit_key, test_key = jax.random.split(key)
     motors = commands(subject, (NUM_SEQUENCES, subject.horizon), key=fit_key)
-    points = displacement_coordinates(nominal_displacements(agent, motors), weight=1.0).points
+    points = displacement_coordinates(nominal(agent, motors), weight=1.0).points
     fitted = encode(motors)
     decode = linear_decoder(fitted, points)
     metrics: Metrics = {}
@@ -238,7 +238,7 @@ def length_errors(subject: Subject, *, key: Key) -> Metrics:
         codes = encode(tested)
         if codes.shape[1] != fitted.shape[1]:
             return {}
-        true, decoded = nominal_displacements(agent, tested), decode(codes)
+        true, decoded = nominal(agent, tested), decode(codes)
         off = ((decoded[:, :2] - true[:, :2]) ** 2).sum(axis=1).mean() ** 0.5
         angles = np.arctan2(decoded[:, 3], decoded[:, 2])
         metrics |= {

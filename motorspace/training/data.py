@@ -144,13 +144,19 @@ class Logged:
         moved.check_content()
         return moved
 
-    def check_content(self) -> None:
+    def check_content(
+        self, *, remedy: str = "give the original file, or train a new run on this one"
+    ) -> None:
         """Raise `UserError` unless the file is there and still holds what it held."""
-        if file_hash(Path(self.path)) != self.sha256:
+        try:
+            content = file_hash(Path(self.path))
+        except UserError as error:
+            raise UserError(error.what, where=self.path, remedy=remedy) from None
+        if content != self.sha256:
             raise UserError(
                 "this is not the log that the run has learned from (its content differs)",
                 where=self.path,
-                remedy="give the original file, or train a new run on this one",
+                remedy=remedy,
             )
 
     def recording(self) -> "Recording":
