@@ -286,10 +286,14 @@ def _part_from_json(registry: Registry[Any], value: Mapping[str, Any], *, where:
 
 
 def _layout(layout: str | Path) -> str:
-    """The name of a layout, or the content of a layout file."""
-    from motorspace.worlds.layouts import layout_content
+    """The name of a world, or the content of a layout file."""
+    from motorspace.worlds.layouts import layout_names, load_layout, parse_layout, parse_world_name
 
-    return layout_content(layout)
+    if "\n" in str(layout):
+        return parse_layout(str(layout)).text()
+    named = parse_world_name(layout)
+    own_file = named.kind == "layout" and named.argument not in layout_names()
+    return load_layout(layout).text() if own_file else str(layout)
 
 
 def _check_horizon(horizon: int, min_horizon: int | None) -> None:
