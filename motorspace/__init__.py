@@ -6,7 +6,7 @@ analysis -> reports. Nothing on the left imports anything on its right.
 
 from motorspace._errors import UserError as UserError
 from motorspace._types import Pose as Pose
-from motorspace.analysis.topology import Topology as Topology
+from motorspace.analysis.report import Topology as Topology
 from motorspace.analysis.topology import topology as topology
 from motorspace.models.config import ModelConfig as ModelConfig
 from motorspace.training.config import RunConfig as RunConfig

@@ -12,8 +12,8 @@ from jaxtyping import Array, Bool, Float
 
 from motorspace._types import Count, Flag, Key, Pose
 from motorspace.analysis.baselines import with_displacement_as_motors
-from motorspace.analysis.collapse import within_to_total_variance
 from motorspace.analysis.coordinates import COMPONENTS
+from motorspace.analysis.equivalence import within_to_total_variance
 from motorspace.analysis.errors import CHUNK_SIZE, prediction_errors
 from motorspace.analysis.probes import displacement_targets, linear_probe
 from motorspace.analysis.projections import pca

@@ -12,10 +12,11 @@ from jaxtyping import Array, Float, Int
 from motorspace._types import Key, Pose
 from motorspace.analysis import composition
 from motorspace.analysis.circle import circular_error
-from motorspace.analysis.collapse import collapse_ratio, equal_rows, equivalence_auc
 from motorspace.analysis.coordinates import displacement_coordinates
+from motorspace.analysis.equivalence import equal_rows, equivalence_auc, equivalence_ratio
 from motorspace.analysis.probes import linear_decoder
-from motorspace.analysis.topology import Topology, topology
+from motorspace.analysis.report import Topology
+from motorspace.analysis.topology import topology
 from motorspace.trajectories.equivalent import EquivalentSequences, equivalent_sequences, explored
 from motorspace.worlds.agents import AbstractAgent, LatticeAgent
 from motorspace.worlds.simulation import nominal_displacement
@@ -66,7 +67,9 @@ def measures(
 ) -> dict[str, list[float | None]]:
     """The report on the codes of fresh random sequences, as numbers: value and error of each."""
     found = sampled(encode, agent, horizon=horizon, seed=seed, subsets=1)
-    return {name: [value, error] for name, value, error, _ in found.topology.rows()}
+    # The names that finished results hold.
+    values = found.topology.to_dict().items()
+    return {key.replace("_", " ").replace(".", ", "): value for key, value in values}
 
 
 class Sampled(NamedTuple):
@@ -105,10 +108,10 @@ def collapse(encode: Encode, agent: AbstractAgent, *, horizon: int, key: Key) ->
     motors, groups, kinds, turns, names = made
     codes, flat = encode(motors), motors.reshape(len(motors), -1)
     measured: dict[str, Any] = {
-        "ratio": collapse_ratio(codes, groups),
+        "ratio": equivalence_ratio(codes, groups),
         "auc": equivalence_auc(codes, flat, groups),
         "by kind": {
-            name: collapse_ratio(codes, np.where(kinds == index, groups, -1))
+            name: equivalence_ratio(codes, np.where(kinds == index, groups, -1))
             for index, name in enumerate(names)
         },
     }
