@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> None:
     what = "codes in standard form" if options.standard_form else "codes"
     write_atomically(options.out, topology_page(found, what=what).encode())
     if options.json:
-        print(json_text(found.topology.values()))
+        print(json_text({key: float(value) for key, value in found.topology.items()}))
     else:
         print(f"{found.topology}\nopen {options.out}")
 

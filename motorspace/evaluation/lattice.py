@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from motorspace._types import Count, Flag, Pose
-from motorspace.analysis.collapse import within_to_total_variance
+from motorspace.analysis.equivalence import within_to_total_variance
 from motorspace.analysis.probes import displacement_targets
 from motorspace.analysis.projections import pca
 from motorspace.evaluation.prediction import Metrics

@@ -12,7 +12,7 @@ from motorspace._errors import UserError
 from motorspace._types import Key
 from motorspace.analysis import composition
 from motorspace.analysis.circle import circular_error
-from motorspace.analysis.collapse import equal_rows, equivalence_auc, equivalence_ratio
+from motorspace.analysis.equivalence import equal_rows, equivalence_auc, equivalence_ratio
 from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.analysis.probes import linear_decoder
 from motorspace.analysis.standard_form import standard_form
@@ -101,7 +101,7 @@ def run_topology(run: Run, *, seed: int = 0, standard: bool = False) -> Sampled:
         return found
     measured = equivalence(subject, key=jax.random.key(seed))
     whole = {name: measured[name] for name in ("equivalence_ratio", "equivalence_auc")}
-    return found._replace(topology=found.topology.with_values(whole))
+    return found._replace(topology=found.topology.updated(whole))
 
 
 def _on_test_blocks(run: Run, data: Logged | Derived, *, seed: int) -> Sampled:
@@ -135,7 +135,12 @@ def structure(subject: Subject, *, seed: int) -> Metrics:
 
 def measures(subject: Subject, *, seed: int) -> Metrics:
     """The report on the codes of fresh random sequences as numbers by their keys."""
-    return sampled(subject, seed=seed, subsets=1).topology.values()
+    return values(sampled(subject, seed=seed, subsets=1).topology)
+
+
+def values(report: Topology) -> Metrics:
+    """The measures of a report as plain numbers by their keys."""
+    return {key: float(value) for key, value in report.items()}
 
 
 def sampled(subject: Subject, *, seed: int, subsets: int = 5) -> Sampled:
