@@ -12,13 +12,15 @@ from motorspace._errors import UserError
 from motorspace._types import Key
 from motorspace.analysis import composition
 from motorspace.analysis.circle import circular_error
-from motorspace.analysis.equivalence import equal_rows, equivalence_auc, equivalence_ratio
 from motorspace.analysis.coordinates import displacement_coordinates
+from motorspace.analysis.equivalence import equal_rows, equivalence_auc, equivalence_ratio
+from motorspace.analysis.inputs import CollapsedCodesError
 from motorspace.analysis.probes import linear_decoder
 from motorspace.analysis.standard_form import standard_form
 from motorspace.analysis.topology import Topology, topology
+from motorspace.evaluation.evaluate import evaluate
 from motorspace.evaluation.prediction import Metrics
-from motorspace.training.data import Derived, Logged, simulated
+from motorspace.training.data import Derived, Given, Logged, simulated
 from motorspace.training.run import Run
 from motorspace.training.sources import logged_data
 from motorspace.trajectories.commands import nominal, random_commands
@@ -275,3 +277,14 @@ def _in_standard_form(run: Run, encode: Encode, agent: AbstractAgent) -> Encode:
         )
     transitions, readouts = (np.asarray(m, np.float64) for m in matrices)
     return lambda motors: standard_form(encode(motors), transitions, readouts)
+
+
+def evaluate_with_structure(run: Run, *, num: int = 100_000, seed: int = 0) -> Metrics:
+    """`evaluate`, and the report on the run's codes where its data allow one."""
+    metrics = dict(evaluate(run, num=num))
+    if isinstance(run.config.data, Given):
+        return metrics
+    try:
+        return metrics | values(run_topology(run, seed=seed).topology)
+    except CollapsedCodesError:
+        return metrics

@@ -216,9 +216,14 @@ class Given:
 Data = Simulated | Logged | Derived | Given
 
 
+def base_of(data: Data) -> Simulated | Logged | Given:
+    """The data themselves, or those that they are derived from."""
+    return data.base if isinstance(data, Derived) else data
+
+
 def simulated(data: Data) -> Simulated:
     """The simulation behind some data. Raises `UserError` where there is none."""
-    base = data.base if isinstance(data, Derived) else data
+    base = base_of(data)
     if isinstance(base, Simulated):
         return base
     learned = f"the log {base.path}" if isinstance(base, Logged) else base.description
