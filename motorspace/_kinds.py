@@ -112,7 +112,8 @@ class Registry(Generic[T]):
             return
         near = get_close_matches(kind, self.names, 1)
         raise UserError(
-            f"there is no {self.family} named {kind!r}" + (f" (perhaps {near[0]!r})" * bool(near)),
+            f"there is no {self.family} named {kind!r}"
+            + "".join(f" (perhaps {name!r})" for name in near),
             where=where,
             remedy=f"choose one of {', '.join(self.names)}, or import the module that registers it"
             " (on the command line: --import MODULE)",
@@ -188,7 +189,7 @@ def parameters_of(described: type) -> tuple[Parameter, ...]:
             choices=_choices(hints.get(field.name)),
             in_pi=bool(field.metadata.get("in_pi", False)),
             positive=bool(field.metadata.get("positive", False)),
-            type=_type(hints.get(field.name)),
+            type=_type(hints.get(field.name)) if _default(field) is None else None,
         )
         for field in dataclasses.fields(described)
         if field.init

@@ -128,9 +128,7 @@ class WalledWorld(AbstractWorld):
     def _apart(self, pose: Pose) -> Flags:
         x, y = pose.x, pose.y
         walls, reach = self.walls_within(1.0), jnp.full(x.shape, 3 * MARGIN)
-        gap = least_gap(
-            walls, lambda wall: gap_to_point(wall, x, y), (x, y), reach
-        )
+        gap = least_gap(walls, lambda wall: gap_to_point(wall, x, y), (x, y), reach)
         return gap > 0
 
 
