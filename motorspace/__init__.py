@@ -26,7 +26,7 @@ from motorspace.worlds.agents import HolonomicAgent as HolonomicAgent
 from motorspace.worlds.agents import LatticeAgent as LatticeAgent
 from motorspace.worlds.layouts import layout as layout
 from motorspace.worlds.layouts import layout_names as layout_names
-from motorspace.worlds.layouts import random_rooms as random_rooms
+from motorspace.worlds.rooms import random_rooms as random_rooms
 from motorspace.worlds.sensors import NodeIndex as NodeIndex
 from motorspace.worlds.sensors import RangeFan as RangeFan
 from motorspace.worlds.simulation import rollout as rollout
