@@ -33,7 +33,7 @@ from motorspace._files import write_json
 from motorspace.experiments.paper import FORWARD
 from motorspace.training.fit import init, train_epoch, train_epoch_together
 from motorspace.trajectories.sampling import CHUNK_SIZE, SamplingPlan, simulate
-from motorspace.worlds.layouts import random_rooms
+from motorspace.worlds.rooms import random_rooms
 from motorspace.worlds.scenario import Scenario
 
 ONE_THREAD = "--xla_cpu_multi_thread_eigen=false"
