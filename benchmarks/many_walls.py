@@ -23,7 +23,7 @@ def main() -> None:
     assert len(indexed.walls) >= NUM_WALLS
     plain = WalledWorld(indexed.walls, indexed.solids, indexed.bounds)
     keys = jax.random.split(jax.random.key(1), NUM_POSES)
-    poses = jax.jit(jax.vmap(lambda key: indexed.draw(key=key)))(keys)
+    poses = jax.jit(jax.vmap(lambda key: indexed.random_pose(key=key)))(keys)
     fan = RangeFan()
     sense = eqx.filter_jit(lambda world: fan.sense(world, poses))
     contenders = [

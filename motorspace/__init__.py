@@ -27,8 +27,9 @@ from motorspace.worlds.agents import LatticeAgent as LatticeAgent
 from motorspace.worlds.layouts import layout as layout
 from motorspace.worlds.layouts import layout_names as layout_names
 from motorspace.worlds.layouts import random_rooms as random_rooms
-from motorspace.worlds.sensors import NodeIndex as NodeIndex
-from motorspace.worlds.sensors import RangeFan as RangeFan
+from motorspace.worlds.scenario import Scenario as Scenario
+from motorspace.worlds.sensors.node_index import NodeIndex as NodeIndex
+from motorspace.worlds.sensors.range_fan import RangeFan as RangeFan
 from motorspace.worlds.simulation import rollout as rollout
 from motorspace.worlds.world import LatticeWorld as LatticeWorld
 from motorspace.worlds.world import WalledWorld as WalledWorld

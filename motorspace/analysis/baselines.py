@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from motorspace.trajectories.transitions import Experience, Trajectories
+from motorspace.trajectories.transitions import Experience
 
 
 def mean_squared_error(predicted: Float[Array, "*N K"], true: Float[Array, "N K"]) -> float:
@@ -24,22 +24,3 @@ def mean_error(experience: Experience, mean: Float[Array, " K"]) -> float:
 def skill(error: float, persistence: float) -> float:
     """1 - error / persistence: 1 is perfect, 0 no better than predicting no change."""
     return 1.0 - error / persistence
-
-
-def with_displacement_as_motors(trajectories: Trajectories, reach: float) -> Experience:
-    """The oracle's experience: one «command» that is the achieved displacement itself.
-
-    (longitudinal / reach, lateral / reach, cos, sin of the orientation change): fitted with
-    the identity encoder, it shows what the predictor could reach with a perfect code.
-    """
-    longitudinal, lateral, turn = trajectories.displacements.achieved.T
-    features = jnp.stack(
-        [longitudinal / reach, lateral / reach, jnp.cos(turn), jnp.sin(turn)], axis=-1
-    )
-    experience = trajectories.experience
-    return Experience(
-        sensors=experience.sensors,
-        motors=features[:, None, :],
-        num_steps=jnp.ones_like(experience.num_steps),
-        later_sensors=experience.later_sensors,
-    )

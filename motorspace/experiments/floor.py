@@ -20,10 +20,10 @@ from motorspace._types import Count, Displacement, Key, Pose, Sensors
 from motorspace.experiments import paper
 from motorspace.experiments.measurement import draw_test
 from motorspace.experiments.summary import Row, spread
+from motorspace.se2 import advance, wrap
 from motorspace.training.config import RunConfig
 from motorspace.trajectories.transitions import Trajectories
-from motorspace.worlds.geometry import advance, wrap
-from motorspace.worlds.sensors import AbstractSensor
+from motorspace.worlds.sensors.base import AbstractSensor
 from motorspace.worlds.world import AbstractWorld
 
 CELLS = tuple(itertools.product(paper.PAPER_ERRORS, paper.ROTATIONS))

@@ -11,7 +11,6 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from motorspace._types import Count, Flag, Key, Pose
-from motorspace.analysis.baselines import with_displacement_as_motors
 from motorspace.analysis.collapse import within_to_total_variance
 from motorspace.analysis.coordinates import COMPONENTS
 from motorspace.analysis.errors import CHUNK_SIZE, prediction_errors
@@ -20,10 +19,12 @@ from motorspace.analysis.projections import pca
 from motorspace.models.model import Model
 from motorspace.training.config import RunConfig
 from motorspace.training.runs import Run
+from motorspace.trajectories.derived import displacement_as_motors
 from motorspace.trajectories.sampling import sample
 from motorspace.trajectories.transitions import Experience, Trajectories
 from motorspace.worlds.agents import LatticeAgent
-from motorspace.worlds.sensors import NodeIndex
+from motorspace.worlds.scenario import Scenario
+from motorspace.worlds.sensors.node_index import NodeIndex
 from motorspace.worlds.simulation import step
 from motorspace.worlds.world import LatticeWorld
 
@@ -35,12 +36,9 @@ NUM_LATTICE_CODES = 20_000
 
 def draw_test(config: RunConfig, num: int, *, key: Key) -> Trajectories:
     """Fresh trajectories of the run's own kind, at its full horizons."""
-    world, agent, sensor = config.simulation.build()
     simulation = config.simulation
     return sample(
-        world,
-        agent,
-        sensor,
+        Scenario(*simulation.build()),
         num=num,
         horizon=simulation.horizon,
         min_horizon=simulation.min_horizon,
@@ -52,7 +50,7 @@ def draw_test(config: RunConfig, num: int, *, key: Key) -> Trajectories:
 def as_seen_by(config: RunConfig, trajectories: Trajectories) -> Experience:
     """What the run's network is given: the oracle sees displacements for commands."""
     if config.model.encoder == "identity":
-        return with_displacement_as_motors(trajectories, float(config.simulation.horizon))
+        return displacement_as_motors(trajectories, float(config.simulation.horizon))
     return trajectories.experience
 
 

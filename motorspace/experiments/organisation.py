@@ -3,22 +3,22 @@
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from motorspace._types import Key, Pose
+from motorspace._types import Key
 from motorspace.analysis import composition
 from motorspace.analysis.circle import circular_error
 from motorspace.analysis.collapse import collapse_ratio, equal_rows, equivalence_auc
 from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.analysis.probes import linear_decoder
 from motorspace.analysis.topology import Topology, topology
-from motorspace.trajectories.equivalent import EquivalentSequences, equivalent_sequences, explored
+from motorspace.trajectories import commands
+from motorspace.trajectories.commands import nominal, padded
+from motorspace.trajectories.equivalent import EquivalentSequences, equivalent_sequences
 from motorspace.worlds.agents import AbstractAgent, LatticeAgent
-from motorspace.worlds.simulation import nominal_displacement
 
 Motors = Float[np.ndarray, "N _ M"]
 Codes = Float[np.ndarray, "N _"]
@@ -38,7 +38,7 @@ def encoder_of(encode: Callable[[Array, Array], Array]) -> Encode:
 
     def any_length(motors: Motors) -> Codes:
         num, length, _ = motors.shape
-        codes = encode(jnp.asarray(_filled(motors)), jnp.full(num, length))
+        codes = encode(jnp.asarray(padded(motors)), jnp.full(num, length))
         return np.asarray(codes, np.float64)
 
     return any_length
@@ -112,8 +112,8 @@ def collapse(encode: Encode, agent: AbstractAgent, *, horizon: int, key: Key) ->
             for index, name in enumerate(names)
         },
     }
-    if "full turns" in names:
-        chosen = kinds == names.index("full turns")
+    if "full_turns" in names:
+        chosen = kinds == names.index("full_turns")
         measured["by full turns"] = _by_turns(
             codes[chosen],
             turns[chosen],
@@ -189,23 +189,4 @@ def random_commands(agent: AbstractAgent, shape: tuple[int, int], *, key: Key) -
     """Commands as the agent explores with, walls aside: [*shape, M], at most `NUM_SEQUENCES`."""
     num, length = shape
     keys = jax.random.split(key, (NUM_SEQUENCES, max(length, LENGTHS[-1])))
-    return np.asarray(explored(agent, keys))[:num, :length]
-
-
-def nominal(agent: AbstractAgent, motors: Motors) -> Float[np.ndarray, "N 3"]:
-    """The displacement of each sequence with no walls."""
-    num, length, _ = motors.shape
-    here = Pose(*[jnp.zeros(num)] * 4)
-    agents_last = jnp.moveaxis(jnp.asarray(_filled(motors)), 0, -1)
-    return np.asarray(_nominal(agent, here, agents_last, jnp.full(num, length)).T)
-
-
-_nominal = eqx.filter_jit(nominal_displacement)
-
-
-def _filled(motors: Motors) -> Motors:
-    """Rows up to the longest length, so that every length shares one compiled program."""
-    num, length, size = motors.shape
-    filled = np.zeros((num, max(length, LENGTHS[-1]), size), np.float32)
-    filled[:, :length] = motors
-    return filled
+    return np.asarray(commands.random_commands(agent, keys))[:num, :length]

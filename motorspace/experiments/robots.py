@@ -17,7 +17,6 @@ from motorspace.analysis.baselines import (
     mean_error,
     mean_squared_error,
     persistence_error,
-    with_displacement_as_motors,
 )
 from motorspace.analysis.coordinates import COMPONENTS
 from motorspace.analysis.probes import displacement_targets, linear_probe
@@ -28,6 +27,7 @@ from motorspace.recordings.recording import Recording
 from motorspace.recordings.windows import split_blocks, windows
 from motorspace.training.config import RunConfig, SimulationConfig, TrainingConfig
 from motorspace.training.runs import Run, load_run, train
+from motorspace.trajectories.derived import displacement_as_motors
 from motorspace.trajectories.transitions import Trajectories
 
 NUM_BLOCKS = 20
@@ -48,7 +48,7 @@ class RobotData:
         """The oracle's data: one «command» each, the true displacement."""
         reach = float(np.abs(np.asarray(self.train.displacements.achieved[:, :2])).max())
         train, validation, test = (
-            Trajectories(with_displacement_as_motors(part, reach), part.displacements)
+            Trajectories(displacement_as_motors(part, reach), part.displacements)
             for part in (self.train, self.validation, self.test)
         )
         return RobotData(train, validation, test, Scaling(self.scaling.sensors, (1.0,) * 4))

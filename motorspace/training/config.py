@@ -16,7 +16,10 @@ from motorspace.trajectories.sampling import SamplingPlan, simulate
 from motorspace.trajectories.transitions import ExperienceSource, Trajectories
 from motorspace.worlds.agents import AbstractAgent, ForwardAgent, HolonomicAgent, LatticeAgent
 from motorspace.worlds.layouts import layout
-from motorspace.worlds.sensors import AbstractSensor, NodeIndex, RangeFan
+from motorspace.worlds.scenario import Scenario
+from motorspace.worlds.sensors.base import AbstractSensor
+from motorspace.worlds.sensors.node_index import NodeIndex
+from motorspace.worlds.sensors.range_fan import RangeFan
 from motorspace.worlds.world import AbstractWorld, LatticeWorld
 
 AgentName = Literal["lattice", "forward", "holonomic"]
@@ -136,7 +139,7 @@ def simulator(config: RunConfig) -> Callable[[Key, Count], Trajectories]:
     much as a parity of T bits, and learning sits still. So the first epochs (`curriculum`) draw
     shorter sequences, of 1 command and then of up to 2, 3 ... T, which show what each one does.
     """
-    world, agent, sensor = config.simulation.build()
+    scenario = Scenario(*config.simulation.build())
     simulation, training = config.simulation, config.training
     shortest = simulation.min_horizon or simulation.horizon
 
@@ -149,7 +152,7 @@ def simulator(config: RunConfig) -> Callable[[Key, Count], Trajectories]:
         plan = SamplingPlan(
             training.trajectories_per_epoch, simulation.horizon, simulation.collision
         )
-        return simulate(world, agent, sensor, plan, lengths, key=key)
+        return simulate(scenario, plan, lengths, key=key)
 
     return draw
 
@@ -164,8 +167,8 @@ def simulation_scaling(config: RunConfig) -> Scaling:
     """What simulated sensors and commands are divided by."""
     world, agent, sensor = config.simulation.build()
     raw = config.model.motor_scaling == "raw"
-    motors = (1.0,) * len(agent.motor_scale) if raw else agent.motor_scale
-    return Scaling(sensor.scale(world), motors)
+    commands = agent.commands
+    return Scaling(sensor.space(world).scale, (1.0,) * commands.size if raw else commands.scale)
 
 
 def config_from_json(value: Any, *, where: object) -> RunConfig:

@@ -57,3 +57,12 @@ SENSORS: Registry[Any] = Registry(
         "node_index": Builtin("motorspace.worlds.sensors.node_index", "NodeIndex"),
     },
 )
+
+
+def usual(agent: str) -> tuple[str, str]:
+    """The kind of sensor and the name of the world that an agent has where nothing else is said.
+
+    >>> usual("lattice")
+    ('node_index', 'lattice:6')
+    """
+    return ("node_index", "lattice:6") if agent == "lattice" else ("range_fan", "paper")
