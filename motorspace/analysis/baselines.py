@@ -7,7 +7,7 @@ from motorspace.trajectories.transitions import Experience, Trajectories
 
 
 def mean_squared_error(predicted: Float[Array, "*N K"], true: Float[Array, "N K"]) -> float:
-    """Mean over trajectories and sensors of the squared error, raw units squared."""
+    """Returns the mean over trajectories and sensors of the squared error, raw units squared."""
     return float(jnp.mean((predicted - true) ** 2))
 
 
@@ -22,7 +22,7 @@ def mean_error(experience: Experience, mean: Float[Array, " K"]) -> float:
 
 
 def skill(error: float, persistence: float) -> float:
-    """1 - error / persistence: 1 is perfect, 0 no better than predicting no change."""
+    """Returns 1 - error / persistence: 1 is perfect, 0 no better than predicting no change."""
     return 1.0 - error / persistence
 
 

@@ -3,6 +3,7 @@
 import json
 import os
 import sys
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -191,7 +192,8 @@ def topology_command(
     """Measure how codes are organised by displacement, on anybody's codes or on a run.
 
     Args:
-        codes: Codes, one row for each motor sequence (.npy, .parquet or .zarr), or a run's folder.
+        codes: Codes, one row for each motor sequence (NumPy, Parquet, Zarr or CSV; FILE:NAME where
+            a file holds several arrays), or a run's folder.
         displacements: Longitudinal and lateral displacement and orientation change of each code, in
             radians; left out for a run.
         motors: The motor commands behind each code: tells codes that copy them.
@@ -213,13 +215,14 @@ def topology_command(
             remedy="leave --standard-form out, or give the folder of a run alone",
         )
     else:
-        h, d = read_array(codes), read_array(displacements)
-        told = topology(h, d, None if motors is None else read_array(motors), seed=seed)
-        found = Sampled(h.reshape(len(h), -1), d, told)
+        h, d = read_array(codes, name="codes"), read_array(displacements, name="displacements")
+        m = None if motors is None else read_array(motors, name="motors")
+        report = topology(h, d, m, seed=seed)
+        found = Sampled(h.reshape(len(h), -1), d, report)
     what = "codes in standard form" if standard_form else "codes"
     write_as_told(out, topology_page(found, what=what).encode(), what="file")
     if as_json:
-        print(json.dumps({name: value for name, value, _, _ in found.topology.rows()}))
+        print(json.dumps(found.topology.to_dict()))
     else:
         print(f"{found.topology}\nopen {out}")
 
@@ -330,6 +333,11 @@ def refuse_missing_device() -> None:
         ) from None
 
 
+def show_warning(message: Warning | str, *details: object) -> None:
+    """Print a warning in one line, without the place in the code that it comes from."""
+    print(f"motorspace: {message}", file=sys.stderr)
+
+
 def main(argv: Sequence[str] | None = None) -> None:
     """Run the command line. Wrong input ends with one sentence and exit code 2."""
     # The products are small: a second thread gains a fifth on an idle machine, and loses an
@@ -338,11 +346,13 @@ def main(argv: Sequence[str] | None = None) -> None:
     keep_compiled_programs()
     try:
         refuse_missing_device()
-        app.cli(
-            prog="motorspace",
-            args=argv,
-            config=(tyro.conf.OmitArgPrefixes, tyro.conf.CascadeSubcommandArgs),
-        )
+        with warnings.catch_warnings():
+            warnings.showwarning = show_warning
+            app.cli(
+                prog="motorspace",
+                args=argv,
+                config=(tyro.conf.OmitArgPrefixes, tyro.conf.CascadeSubcommandArgs),
+            )
     except UserError as error:
         print(f"motorspace: {error}", file=sys.stderr)
         sys.exit(2)
