@@ -333,7 +333,7 @@ def refuse_missing_device() -> None:
         ) from None
 
 
-def show_warning(message: Warning | str, *details: object) -> None:
+def show_warning(message: Warning | str, *_: object, **__: object) -> None:
     """Print a warning in one line, without the place in the code that it comes from."""
     print(f"motorspace: {message}", file=sys.stderr)
 

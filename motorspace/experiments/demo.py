@@ -13,8 +13,10 @@ from motorspace.experiments import references
 from motorspace.experiments.figures import codes_of, world_figures
 from motorspace.experiments.measurement import measure
 from motorspace.models.config import ModelConfig
-from motorspace.reports import figures
-from motorspace.reports.page import Section, report_page
+from motorspace.reports.codes_view import codes_view
+from motorspace.reports.figures.codes import codes_figure
+from motorspace.reports.figures.measures import learning_figure
+from motorspace.reports.page import Section, picture, report_page
 from motorspace.training.config import (
     RunConfig,
     SimulationConfig,
@@ -61,20 +63,29 @@ def demo(out: Path, *, seed: int = 0, watch: Watch = lambda record: None) -> Pat
 
 
 def _world_sections(config: RunConfig) -> list[Section]:
-    seen, walked = (figures.png(f) for f in world_figures(config.simulation))
     return [
         Section(
             "The world",
             "40 by 40 units of rooms, corridors and obstacles. An agent senses nine distances "
             "over half a circle, up to ten units away.",
-            pictures=[("the world with two agents and their rays", seen)],
+            pictures=[
+                picture(
+                    "The world with two agents and their rays",
+                    lambda: world_figures(config.simulation)[0],
+                )
+            ],
         ),
         Section(
             "Trajectories",
             "At every step the agent turns by a random angle and moves ahead by up to one unit. "
             "The network sees what is sensed before and after six commands, and the commands; "
             "no position and no displacement.",
-            pictures=[("eight example trajectories of twelve steps", walked)],
+            pictures=[
+                picture(
+                    "Eight example trajectories of twelve steps",
+                    lambda: world_figures(config.simulation)[1],
+                )
+            ],
         ),
     ]
 
@@ -96,20 +107,18 @@ def _result_sections(run: Run, measured: dict[str, Any], oracle: float) -> list[
     scale = run.model.scaling.sensors[0] ** 2
     curve = np.array([record["prediction_loss"] * scale for record in run.log])
     levels = {"persistence": errors["persistence"], "oracle": oracle}
-    learning = figures.png(figures.learning_curve_figure({"training": curve}, levels))
+    learning = picture("Error over epochs", lambda: learning_figure({"training": curve}, levels))
 
     codes, displacements = codes_of(run)
     projection = pca(codes)
-    picture = figures.png(
-        figures.codes_figure([("forward, r = 0.4 pi", projection.coordinates, displacements)])
-    )
+    shown = [("forward, r = 0.4 pi", projection.coordinates, displacements)]
     share = projection.explained_variance_ratio.sum()
     return [
         Section(
             "Learning",
             "In the first third the sequences grow from one command to six, so the error rises "
             "in steps while the task becomes harder.",
-            pictures=[("error over epochs", learning)],
+            pictures=[learning],
         ),
         Section(
             "Error on fresh trajectories",
@@ -121,7 +130,8 @@ def _result_sections(run: Run, measured: dict[str, Any], oracle: float) -> list[
             "The codes of motor sequences",
             "Each point is one motor sequence, on the first three principal components of its "
             f"code ({share:.0%} of the variance), coloured by the displacement that it caused.",
-            pictures=[("codes coloured by displacement", picture)],
+            views=[codes_view(projection.coordinates, displacements, "forward, r = 0.4 pi")],
+            pictures=[picture("Codes by displacement", lambda: codes_figure(shown))],
         ),
         Section(
             "What a linear probe reads from the code",

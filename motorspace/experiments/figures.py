@@ -12,7 +12,7 @@ from motorspace.analysis.errors import CHUNK_SIZE
 from motorspace.analysis.projections import ica, pca
 from motorspace.experiments import paper, robots
 from motorspace.experiments.measurement import draw_test
-from motorspace.reports import figures
+from motorspace.reports.figures import codes, style, worlds
 from motorspace.training.config import AgentName, SimulationConfig
 from motorspace.training.runs import Run, load_run
 from motorspace.worlds.layouts import layout, layout_names
@@ -29,7 +29,7 @@ Row = tuple[str, np.ndarray, np.ndarray]
 
 def write_all(folder: Path) -> list[Path]:
     """Every figure that the finished runs below `folder` allow, as PNG files."""
-    pictures = {"layouts": figures.layouts_figure({n: layout(n) for n in layout_names()})}
+    pictures = {"layouts": worlds.layouts_figure({n: layout(n) for n in layout_names()})}
     for agent in AGENTS:
         environment, trajectories = world_figures(SimulationConfig(agent=agent))
         pictures |= {"environment": environment, f"trajectories-{agent}": trajectories}
@@ -39,24 +39,22 @@ def write_all(folder: Path) -> list[Path]:
         }
         rows = _rows(cells)
         if rows:
-            pictures[f"codes-{agent}"] = figures.codes_figure(rows)
-            pictures[f"codes-{agent}-uniform"] = figures.codes_figure(
-                rows, colours=figures.UNIFORM_COLOURS
-            )
+            pictures[f"codes-{agent}"] = codes.codes_figure(rows, colours=style.JET)
+            pictures[f"codes-{agent}-uniform"] = codes.codes_figure(rows)
         run = _first_finished(folder / f"table/{agent}-0.8/model")
         if run is not None:
-            codes, displacements = codes_of(run)
-            row = (f"{agent}, r = 0.8 pi", ica(codes), displacements)
-            pictures[f"ica-{agent}"] = figures.codes_figure([row], axis_name="IC")
+            learned, displacements = codes_of(run)
+            row = (f"{agent}, r = 0.8 pi", ica(learned), displacements)
+            pictures[f"ica-{agent}"] = codes.codes_figure([row], colours=style.JET, axis_name="IC")
     lattice = _rows(
         {kind.replace("-", " "): folder / f"lattice/{kind}/model" for kind in paper.LATTICE_KINDS}
     )
     if lattice:
-        pictures["lattice"] = figures.lattice_figure(lattice)
+        pictures["lattice"] = codes.lattice_figure(lattice, colours="jet")
     written = []
     for name, figure in pictures.items():
         written.append(folder / f"{name}.png")
-        write_atomically(written[-1], figures.png(figure, dots_per_inch=70))
+        write_atomically(written[-1], style.png(figure, dots_per_inch=70))
     return written
 
 
@@ -70,25 +68,27 @@ def world_figures(simulation: SimulationConfig) -> tuple[Figure, Figure]:
     for start, key in zip(starts, jax.random.split(motor_key, 8), strict=True):
         motors = jax.vmap(lambda k: agent.draw(key=k))(jax.random.split(key, 12))
         paths.append(rollout(world, agent, start, motors))
-    seen = figures.environment_figure(world, starts[:2], fan)
-    return seen, figures.trajectories_figure(world, paths)
+    seen = worlds.world_figure(world, starts[:2], fan)
+    return seen, worlds.trajectories_figure(world, paths)
 
 
 def write_robots(out: Path, logs: Path) -> None:
     """Codes of both robots' commands, coloured by the displacement that really happened."""
     rows = []
     for name, experiment in robots.EXPERIMENTS.items():
-        codes, displacements = robots.codes_on_test(logs / name, experiment, out)
-        rows.append((name.partition("-corrected")[0], pca(codes).coordinates, displacements))
-    write_atomically(out / "robots.png", figures.png(figures.codes_figure(rows), dots_per_inch=70))
+        learned, displacements = robots.codes_on_test(logs / name, experiment, out)
+        rows.append((name.partition("-corrected")[0], pca(learned).coordinates, displacements))
+    write_atomically(
+        out / "robots.png", style.png(codes.codes_figure(rows, colours=style.JET), dots_per_inch=70)
+    )
 
 
 def codes_of(run: Run) -> tuple[np.ndarray, np.ndarray]:
     """Codes of fresh trajectories, and the displacements that these caused."""
     fresh = draw_test(run.config, CHUNK_SIZE, key=jax.random.key(FIGURE_SEED))
     experience = fresh.experience
-    codes = run.encode(experience.motors, experience.num_steps)
-    return np.asarray(codes), np.asarray(fresh.displacements.achieved)
+    learned = run.encode(experience.motors, experience.num_steps)
+    return np.asarray(learned), np.asarray(fresh.displacements.achieved)
 
 
 def _rows(runs: Mapping[str, Path]) -> list[Row]:
@@ -97,8 +97,8 @@ def _rows(runs: Mapping[str, Path]) -> list[Row]:
     for title, folder in runs.items():
         run = _first_finished(folder)
         if run is not None:
-            codes, displacements = codes_of(run)
-            rows.append((title, pca(codes).coordinates, displacements))
+            learned, displacements = codes_of(run)
+            rows.append((title, pca(learned).coordinates, displacements))
     return rows
 
 

@@ -33,8 +33,7 @@ from motorspace.experiments.organisation import (
     sampled,
 )
 from motorspace.models.encoder import GroupEncoder
-from motorspace.reports import figures
-from motorspace.reports.page import Section, report_page
+from motorspace.reports.topology_page import topology_page as page_of
 from motorspace.training.config import RunConfig, fresh_experience, simulation_scaling
 from motorspace.training.fit import TrainState, fit, init
 from motorspace.training.runs import Run
@@ -346,14 +345,6 @@ def _unpredicted(run: Run) -> dict[str, Any]:
     return nothing | {"seed": training.seed, "epochs": training.epochs}
 
 
-SHOWN = 5000
-MEASURES_TEXT = (
-    "Displacement is (longitudinal, lateral, w cos, w sin); the weight w gives orientation the "
-    "variance of translation unless another was asked for. The error is the standard error that "
-    "drawing random subsets of pairs brings."
-)
-
-
 def topology_of(run: Run, *, seed: int, standard: bool = False) -> Sampled:
     """The report on a run's codes of fresh random sequences, equivalent ones included.
 
@@ -373,21 +364,5 @@ def topology_of(run: Run, *, seed: int, standard: bool = False) -> Sampled:
 
 def topology_page(found: Sampled, *, what: str = "codes") -> str:
     """The report as one self-contained page; `what` it is about."""
-    rows = [
-        {"measure": name, "value": value, "error": error, "perfect": perfect}
-        for name, value, error, perfect in found.topology.rows()
-    ]
-    shown = slice(None, None, -(-len(found.codes) // SHOWN))
-    coordinates, displacements = pca(found.codes).coordinates[shown], found.displacements[shown]
-    picture = figures.png(figures.codes_figure([("", coordinates, displacements)]))
-    return report_page(
-        f"How {what} are organised by displacement",
-        [
-            Section("Measures", MEASURES_TEXT, rows),
-            Section(
-                "The codes",
-                "Each point is one motor sequence, on the first three principal components.",
-                pictures=[("codes coloured by displacement", picture)],
-            ),
-        ],
-    )
+    coordinates = pca(found.codes).coordinates
+    return page_of(found.topology, coordinates, found.displacements, what=what)
