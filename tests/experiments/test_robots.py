@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.trajectories.test_logs import carmen_text
 
 from motorspace.experiments import robots
 from motorspace.recordings.readers.base import read_log
 from motorspace.training.config import SimulationConfig
+from tests.recordings.logs import corrected_log
 
 EXPERIMENT = robots.RobotExperiment(horizon_scans=3, shortest_scans=1, per_scan=True)
 
@@ -16,7 +16,7 @@ EXPERIMENT = robots.RobotExperiment(horizon_scans=3, shortest_scans=1, per_scan=
 @pytest.fixture
 def log(tmp_path):
     path = tmp_path / "robot.log"
-    path.write_text(carmen_text(200))
+    path.write_text(corrected_log(200))
     return path
 
 
