@@ -142,5 +142,5 @@ def _named(name: str, content: bytes) -> AbstractWorld:
 @lru_cache(maxsize=32)
 def _built(layout: Layout) -> AbstractWorld:
     refuse_forked()
-    with jax.ensure_compile_time_eval():  # what is kept must outlast the trace that asks first
+    with jax.ensure_compile_time_eval():  # cached arrays must outlast a trace
         return layout.world()
