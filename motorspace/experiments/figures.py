@@ -5,9 +5,9 @@ from pathlib import Path
 
 import jax
 import numpy as np
-from matplotlib.figure import Figure
 
 from motorspace._files import write_atomically
+from motorspace._types import Pose
 from motorspace.analysis.errors import CHUNK_SIZE
 from motorspace.analysis.projections import ica, pca
 from motorspace.experiments import paper, robots
@@ -31,8 +31,11 @@ def write_all(folder: Path) -> list[Path]:
     """Every figure that the finished runs below `folder` allow, as PNG files."""
     pictures = {"layouts": worlds.layouts_figure({n: layout(n) for n in layout_names()})}
     for agent in AGENTS:
-        environment, trajectories = world_figures(SimulationConfig(agent=agent))
-        pictures |= {"environment": environment, f"trajectories-{agent}": trajectories}
+        world, fan, starts, paths = example_walks(SimulationConfig(agent=agent))
+        pictures |= {
+            "environment": worlds.world_figure(world, starts[:2], fan),
+            f"trajectories-{agent}": worlds.trajectories_figure(world, paths),
+        }
         cells = {
             f"{agent}, r = {rotation} pi": folder / f"table/{agent}-{rotation}/model"
             for rotation in SHOWN_ROTATIONS
@@ -58,8 +61,10 @@ def write_all(folder: Path) -> list[Path]:
     return written
 
 
-def world_figures(simulation: SimulationConfig) -> tuple[Figure, Figure]:
-    """The walled world with two sensing agents, and eight trajectories of twelve steps in it."""
+def example_walks(
+    simulation: SimulationConfig,
+) -> tuple[WalledWorld, RangeFan, list[Pose], list[Pose]]:
+    """The walled world and its sensor, eight free poses, and twelve random steps from each."""
     world, agent, fan = simulation.build()
     assert isinstance(world, WalledWorld) and isinstance(fan, RangeFan)
     place_key, motor_key = jax.random.split(jax.random.key(3))
@@ -68,8 +73,7 @@ def world_figures(simulation: SimulationConfig) -> tuple[Figure, Figure]:
     for start, key in zip(starts, jax.random.split(motor_key, 8), strict=True):
         motors = jax.vmap(lambda k: agent.draw(key=k))(jax.random.split(key, 12))
         paths.append(rollout(world, agent, start, motors))
-    seen = worlds.world_figure(world, starts[:2], fan)
-    return seen, worlds.trajectories_figure(world, paths)
+    return world, fan, starts, paths
 
 
 def write_robots(out: Path, logs: Path) -> None:
