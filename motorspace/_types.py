@@ -46,7 +46,7 @@ Walls = Float[Array, "S 2 2"]
 Record = dict[str, float | int]
 """What is logged of one epoch: its number, and means over its updates."""
 
-Watch = Callable[[Record], None]
+RecordCallback = Callable[[Record], None]
 """Called after every epoch with its record."""
 
 Collision = Literal["resample", "block"]
@@ -77,3 +77,10 @@ class Pose(eqx.Module):
     def gaze(self) -> Float[Array, "*batch"]:
         """Orientation of the part that carries the sensors, radians."""
         return self.heading + self.head
+
+    @property
+    def frame(
+        self,
+    ) -> tuple[Float[Array, "*batch"], Float[Array, "*batch"], Float[Array, "*batch"]]:
+        """The frame (x, y, gaze) of the part that carries the sensors; see `motorspace.se2`."""
+        return self.x, self.y, self.gaze
