@@ -13,9 +13,9 @@ import equinox as eqx
 import jax
 import matplotlib.pyplot as plt
 import numpy as np
-from motorspace.testing.sensor import check_sensor
 
 import motorspace as ms
+from motorspace.testing.sensor import check_sensor
 
 EPOCHS = 200
 NUM = 4000
