@@ -7,13 +7,13 @@ from dataclasses import replace
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from motorspace.experiments.paper import FORWARD
 
 from benchmarks import scaling
 from benchmarks.claims import claims
 from benchmarks.harness import Contender, Launch, report_once, take_turns
 from benchmarks.sensing import FAN, LAYOUT, MAX_RANGE, exact_ranges
 from motorspace import Pose, RangeFan, layout
-from motorspace.experiments.paper import FORWARD
 
 
 def test_contenders_take_turns_and_rates_are_runs_per_second():
