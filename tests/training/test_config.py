@@ -1,4 +1,4 @@
-"""A configuration is plain data: to JSON and back, with one hash, and nothing out of range in it."""
+"""A configuration is plain data: to JSON and back, one hash, and nothing out of range."""
 
 import json
 import math
@@ -159,9 +159,7 @@ def test_values_out_of_range_are_one_sentence_that_names_them(log, name, value):
     ]
     fields = (TrainingConfig, ModelConfig, Simulated, Derived, Logged)
     make = next(
-        make
-        for make, kind in zip(kinds, fields, strict=True)
-        if name in kind.__dataclass_fields__
+        make for make, kind in zip(kinds, fields, strict=True) if name in kind.__dataclass_fields__
     )
     with pytest.raises(UserError) as refused:
         make(**{name: value})
