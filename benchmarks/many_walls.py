@@ -9,7 +9,7 @@ import jax.numpy as jnp
 
 from benchmarks.harness import Contender, Launch, report, take_turns
 from motorspace import RangeFan, WalledWorld
-from motorspace.worlds.layouts import random_rooms
+from motorspace.worlds.rooms import random_rooms
 
 NUM_POSES, NUM_WALLS = 16_384, 10_000
 SIDE = 800.0

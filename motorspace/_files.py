@@ -2,13 +2,17 @@
 
 import fcntl
 import json
+import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from motorspace._errors import UserError
+
+PART = ".motorspace-part"
+"""How the names of our own unfinished files end; others' files are left alone."""
 
 
 @contextmanager
@@ -33,36 +37,47 @@ def locked(folder: Path) -> Iterator[None]:
                 remedy="wait for it, or choose another folder",
             ) from None
         # What a process was writing when it was killed; with the lock, nobody writes now.
-        for unfinished in folder.glob("*.part"):
+        for unfinished in folder.glob(f".*{PART}"):
             unfinished.unlink(missing_ok=True)
         yield
 
 
 def write_atomically(path: Path, content: bytes) -> None:
-    """Replace a file as a whole: a reader sees the old bytes or the new ones."""
-    beside = path.with_name(f"{path.name}.{os.getpid()}.part")
+    """Replace a file as a whole: a reader sees the old bytes or the new ones.
+
+    Raises `UserError` when it cannot be written, as in a read-only folder or on a full disk.
+    """
+    beside = path.with_name(f".{path.name}.{os.getpid()}{PART}")
     try:
-        with beside.open("wb") as handle:
-            handle.write(content)
-            handle.flush()
-            os.fsync(handle.fileno())
-        beside.replace(path)
-    finally:
-        beside.unlink(missing_ok=True)
+        try:
+            with beside.open("wb") as handle:
+                handle.write(content)
+                handle.flush()
+                os.fsync(handle.fileno())
+            beside.replace(path)
+        finally:
+            beside.unlink(missing_ok=True)
+    except OSError as error:
+        raise UserError(
+            f"the file cannot be written ({error.strerror})",
+            where=path,
+            remedy="give a place in a folder that exists, may be written to and has room",
+        ) from None
 
 
 def write_json(path: Path, value: Any) -> None:
-    """Replace a JSON file as a whole."""
-    write_atomically(path, (json.dumps(value, indent=1) + "\n").encode())
+    """Replace a JSON file as a whole. Numbers that are not finite become null."""
+    write_atomically(path, (json_text(value, indent=1) + "\n").encode())
 
 
-def write_as_told(path: Path, content: bytes, *, what: str) -> None:
-    """Replace a file that the user has named. Raises `UserError` when `what` cannot be written."""
-    try:
-        write_atomically(path, content)
-    except OSError as error:
-        raise UserError(
-            f"the {what} cannot be written ({error.strerror})",
-            where=path,
-            remedy="give a file in a folder that exists and may be written to",
-        ) from None
+def json_text(value: Any, *, indent: int | None = None) -> str:
+    """A value as JSON, in which numbers that are not finite are null."""
+    return json.dumps(_finite(value), indent=indent, allow_nan=False)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _finite(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

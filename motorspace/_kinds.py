@@ -9,6 +9,7 @@ import ast
 import dataclasses
 import importlib
 import inspect
+import itertools
 import math
 import textwrap
 from collections.abc import Callable, Mapping
@@ -31,6 +32,21 @@ class Parameter:
     choices: tuple[Any, ...] = ()
     in_pi: bool = False
     """Whether people write it in units of pi. In objects and in JSON it is in radians."""
+    positive: bool = False
+    """Whether it must be a finite number above zero."""
+    type: Any = None
+    """What a flag is converted to; the type of the default where that is None."""
+
+    def check(self, value: Any) -> None:
+        """Raise `UserError` for a value that the option cannot have."""
+        shown = value / math.pi if self.in_pi and isinstance(value, float) else value
+        unit = " (in units of pi)" if self.in_pi else ""
+        if self.choices and value not in self.choices:
+            raise UserError(
+                f"{self.name} is {value!r}", remedy=f"choose one of {', '.join(self.choices)}"
+            )
+        if self.positive and not 0 < value < math.inf:
+            raise UserError(f"{self.name} must be above 0{unit}, got {shown}")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -98,7 +114,8 @@ class Registry(Generic[T]):
             return
         near = get_close_matches(kind, self.names, 1)
         raise UserError(
-            f"there is no {self.family} named {kind!r}" + (f" (perhaps {near[0]!r})" * bool(near)),
+            f"there is no {self.family} named {kind!r}"
+            + "".join(f" (perhaps {name!r})" for name in near),
             where=where,
             remedy=f"choose one of {', '.join(self.names)}, or import the module that registers it"
             " (on the command line: --import MODULE)",
@@ -124,6 +141,9 @@ class Registry(Generic[T]):
                 where=where,
                 remedy=f"its options are {', '.join(known) or 'none'}",
             )
+        for parameter in self.parameters(kind):
+            if parameter.name in options:
+                parameter.check(options[parameter.name])
         return Part(kind, tuple((known | dict(options)).items()))
 
     def part_of(self, value: T) -> Part:
@@ -159,7 +179,8 @@ class Registry(Generic[T]):
 def parameters_of(described: type) -> tuple[Parameter, ...]:
     """The options of a dataclass (an Equinox module is one): its fields, with their docstrings.
 
-    A field whose metadata hold {"in_pi": True} is written in units of pi on the command line.
+    A field whose metadata hold {"in_pi": True} is written in units of pi on the command line, one
+    with {"positive": True} must be above zero.
     """
     docs: dict[str, str] = {}
     for ancestor in filter(dataclasses.is_dataclass, reversed(described.__mro__)):
@@ -172,6 +193,8 @@ def parameters_of(described: type) -> tuple[Parameter, ...]:
             help=docs.get(field.name, ""),
             choices=_choices(hints.get(field.name)),
             in_pi=bool(field.metadata.get("in_pi", False)),
+            positive=bool(field.metadata.get("positive", False)),
+            type=_type(hints.get(field.name)) if _default(field) is None else None,
         )
         for field in dataclasses.fields(described)
         if field.init
@@ -186,7 +209,7 @@ def field_docstrings(described: type) -> dict[str, str]:
         return {}
     (body,) = (node.body for node in ast.parse(source).body if isinstance(node, ast.ClassDef))
     docs = {}
-    for node, after in zip(body, body[1:], strict=False):
+    for node, after in itertools.pairwise(body):
         if (
             isinstance(node, ast.AnnAssign)
             and isinstance(node.target, ast.Name)
@@ -212,6 +235,12 @@ def _default(field: "dataclasses.Field[Any]") -> Any:
         f"the option {field.name!r} has no default",
         remedy="give every field of a registered class a default value",
     )
+
+
+def _type(hint: Any) -> Any:
+    """The one type of a hint such as `int | None`; None where there is no one."""
+    found = [kind for kind in get_args(hint) or (hint,) if kind is not type(None)]
+    return found[0] if len(found) == 1 and found[0] in (int, float, str, bool) else None
 
 
 def _choices(hint: Any) -> tuple[Any, ...]:

@@ -46,7 +46,7 @@ Walls = Float[Array, "S 2 2"]
 Record = dict[str, float | int]
 """What is logged of one epoch: its number, and means over its updates."""
 
-Watch = Callable[[Record], None]
+RecordCallback = Callable[[Record], None]
 """Called after every epoch with its record."""
 
 Collision = Literal["resample", "block"]

@@ -1,86 +1,16 @@
-"""A run as data: every parameter of the paper, every point it leaves open."""
+"""A run as data: what it learns from, the network, and how that is fitted."""
 
+import dataclasses
+import hashlib
+import json
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any, Literal
-
-import jax
-import jax.numpy as jnp
+from dataclasses import dataclass
+from typing import Any, Literal, TypeVar, get_args
 
 from motorspace._errors import UserError
-from motorspace._types import Collision, Count, Key
 from motorspace.models.config import ModelConfig
-from motorspace.models.model import Scaling
-from motorspace.trajectories.sampling import SamplingPlan, simulate
-from motorspace.trajectories.transitions import ExperienceSource, Trajectories
-from motorspace.worlds.agents import AbstractAgent, ForwardAgent, HolonomicAgent, LatticeAgent
-from motorspace.worlds.layouts import layout
-from motorspace.worlds.scenario import Scenario
-from motorspace.worlds.sensors.base import AbstractSensor
-from motorspace.worlds.sensors.node_index import NodeIndex
-from motorspace.worlds.sensors.range_fan import RangeFan
-from motorspace.worlds.world import AbstractWorld, LatticeWorld
-
-AgentName = Literal["lattice", "forward", "holonomic"]
-
-
-@dataclass(frozen=True)
-class SimulationConfig:
-    """Where the experience comes from when it is simulated."""
-
-    agent: AgentName = "forward"
-    """Which agent explores."""
-    layout: str = "paper"
-    """Walls of the continuous world: a bundled layout, a layout file, or rooms:SEED."""
-    max_rotation: float = 0.8
-    """Largest body rotation per step, in units of pi."""
-    horizon: int = 6
-    """Motor commands per trajectory (T)."""
-    min_horizon: int | None = None
-    """Shortest trajectory, when lengths are drawn from min_horizon to horizon."""
-    num_rays: int = 9
-    """Distance sensors."""
-    max_range: float = 10.0
-    """Range of the distance sensors, world units."""
-    field_of_view: float = 1.0
-    """Field of view of the distance sensors, in units of pi."""
-    collision: Collision = "resample"
-    """A command that a wall forbids: resample draws another, block discards its translation."""
-    head_rule: Literal["set", "turn"] = "set"
-    """The head command: set the head's angle, or turn the head by it."""
-    head_start: Literal["aligned", "random"] = "aligned"
-    """The head's angle when a trajectory begins."""
-    sense_head: bool = False
-    """Whether the head's angle is one more sensor."""
-    lattice_size: int = 6
-    """Nodes along each side of the lattice."""
-
-    def __post_init__(self) -> None:
-        for name in ("horizon", "min_horizon", "num_rays", "lattice_size"):
-            value = getattr(self, name)
-            if value is not None and value < 1:
-                raise UserError(f"{name} must be at least 1, not {value}")
-        for name in ("max_rotation", "max_range", "field_of_view"):
-            value = getattr(self, name)
-            if not 0 < value < math.inf:
-                raise UserError(f"{name} must be above 0, not {value}")
-        if self.min_horizon is not None and self.min_horizon > self.horizon:
-            raise UserError(f"min_horizon {self.min_horizon} is above horizon {self.horizon}")
-
-    def build(self) -> tuple[AbstractWorld, AbstractAgent, AbstractSensor[Any]]:
-        """The world, the agent and its sensors."""
-        if self.agent == "lattice":
-            side = self.lattice_size
-            return LatticeWorld(side, side), LatticeAgent(), NodeIndex()
-        rotation = self.max_rotation * math.pi
-        agent = (
-            ForwardAgent(rotation)
-            if self.agent == "forward"
-            else HolonomicAgent(rotation, self.head_rule, self.head_start)
-        )
-        fan = RangeFan(self.num_rays, self.max_range, self.field_of_view * math.pi, self.sense_head)
-        return layout(self.layout), agent, fan
+from motorspace.training.data import Data, Simulated, data_from_json
+from motorspace.training.presets import PresetName, Settings, preset_settings
 
 
 @dataclass(frozen=True)
@@ -90,9 +20,9 @@ class TrainingConfig:
     epochs: int = 5000
     """Passes, each over fresh trajectories."""
     trajectories_per_epoch: int = 2000
-    """Trajectories drawn for each epoch."""
-    fresh: bool = True
-    """New trajectories for every epoch; False repeats those of the first."""
+    """Trajectories sampled for each epoch."""
+    resample_each_epoch: bool = True
+    """Sample new trajectories for every epoch; otherwise those of the first are repeated."""
     batch_size: int = 100
     """Trajectories per update."""
     learning_rate: float = 6e-3
@@ -103,18 +33,53 @@ class TrainingConfig:
     """Share of the epochs, from the first, over which the longest trajectory grows from 1 to T."""
     code_noise: float = 0.0
     """Noise on the codes that the predictor sees, relative to each unit's standard deviation; it
-    fades to none over the epochs of the curriculum."""
-    average: float = 0.0
-    """Decay of a moving average of the weights, which is what is kept; 0 keeps the last ones."""
-    starts: int = 1
+    decays to zero over the epochs of the curriculum."""
+    inverse_weight: float = 0.0
+    """Weight of the inverse model's loss; 0 leaves it out."""
+    slowness_weight: float = 0.0
+    """Weight of the slowness of the code (not in the paper; 0 = off)."""
+    composition_weight: float = 0.0
+    """Weight of the composition loss: predict a sequence's code from the codes of its halves (not
+    in the paper; 0 = off)."""
+    isometry_weight: float = 0.0
+    """Weight of the penalty on commands that are not isometries, of the encoder matrix_product; it
+    grows from 0 once the curriculum is over (not in the paper; 0 = off)."""
+    train_encoder: bool = True
+    """Train the encoder; otherwise it keeps its initial weights, as a baseline."""
+    ema_decay: float = 0.0
+    """Decay of an exponential moving average of the weights, which is what is saved; 0 saves the
+    last weights."""
+    restarts: int = 1
     """Initial networks that are tried for a tenth of the epochs; the one that predicts best by
     then is trained."""
     seed: int = 0
     """Seed of the initial weights and of every trajectory."""
 
+    def __post_init__(self) -> None:
+        _at_least(self, 1, "epochs", "trajectories_per_epoch", "batch_size", "restarts")
+        if self.batch_size > self.trajectories_per_epoch:
+            raise UserError(
+                f"batch_size {self.batch_size} is above trajectories_per_epoch "
+                f"{self.trajectories_per_epoch}",
+                remedy="lower the one, or raise the other",
+            )
+        if not 0 < self.learning_rate < math.inf:
+            raise UserError(f"learning_rate must be above 0, got {self.learning_rate}")
+        weights = [f.name for f in dataclasses.fields(self) if f.name.endswith("_weight")]
+        _at_least(self, 0, "code_noise", *weights)
+        for name, highest in (("curriculum", 1.0), ("ema_decay", 1.0)):
+            value = getattr(self, name)
+            if not 0 <= value <= highest or (name == "ema_decay" and value == 1):
+                bounds = "from 0 to 1" if name == "curriculum" else "from 0 to below 1"
+                raise UserError(f"{name} must be {bounds}, got {value}")
+        if not 0 <= self.seed < 2**31:
+            raise UserError(f"seed must be from 0 to {2**31 - 1}, got {self.seed}")
+        if self.schedule not in get_args(Literal["cosine", "constant"]):
+            raise UserError(f"schedule must be cosine or constant, got {self.schedule!r}")
+
     @property
     def trial_epochs(self) -> int:
-        """Epochs for which every start is tried where there are several."""
+        """Epochs for which every restart is tried where there are several."""
         return max(1, self.epochs // 10)
 
     @property
@@ -122,66 +87,88 @@ class TrainingConfig:
         """Epochs in which the longest trajectory still grows."""
         return round(self.curriculum * self.epochs)
 
+    @property
+    def num_updates(self) -> int:
+        """Updates of an epoch."""
+        return self.trajectories_per_epoch // self.batch_size
 
-@dataclass(frozen=True)
+
+def _at_least(config: TrainingConfig, least: int, *names: str) -> None:
+    for name in names:
+        value = getattr(config, name)
+        if not least <= value < math.inf:
+            raise UserError(f"{name} must be at least {least}, got {value}")
+
+
+@dataclass(frozen=True, init=False)
 class RunConfig:
-    """Everything that determines a run."""
+    """Everything that determines a run.
 
-    simulation: SimulationConfig = field(default_factory=SimulationConfig)
-    model: ModelConfig = field(default_factory=ModelConfig)
-    training: TrainingConfig = field(default_factory=TrainingConfig)
+    Args:
+        data: What the run learns from.
+        model: The network; by default that of the preset.
+        training: How it is fitted; by default as the preset does it.
+        preset: `"paper"`, or `"best"`: the network whose codes are structured best.
 
-
-def simulator(config: RunConfig) -> Callable[[Key, Count], Trajectories]:
-    """A function from a key and the epoch to one epoch's new trajectories.
-
-    With large rotations the outcome of T commands says almost nothing about any one of them,
-    much as a parity of T bits, and learning sits still. So the first epochs (`curriculum`) draw
-    shorter sequences, of 1 command and then of up to 2, 3 ... T, which show what each one does.
+    Example:
+        >>> config = RunConfig(Simulated("holonomic"), preset="best")
+        >>> config.model.encoder, config.training.epochs
+        ('matrix_product', 5000)
     """
-    scenario = Scenario(*config.simulation.build())
-    simulation, training = config.simulation, config.training
-    shortest = simulation.min_horizon or simulation.horizon
 
-    def draw(key: Key, epoch: Count) -> Trajectories:
-        young = epoch < training.curriculum_epochs
-        grown = 1 + epoch * simulation.horizon // max(training.curriculum_epochs, 1)
-        lengths = (jnp.where(young, 1, shortest), jnp.where(young, grown, simulation.horizon))
-        if not training.fresh:
-            key = jax.random.key(training.seed)
-        plan = SamplingPlan(
-            training.trajectories_per_epoch, simulation.horizon, simulation.collision
-        )
-        return simulate(scenario, plan, lengths, key=key)
+    data: Data
+    model: ModelConfig
+    training: TrainingConfig
 
-    return draw
+    def __init__(
+        self,
+        data: Data | None = None,
+        model: ModelConfig | None = None,
+        training: TrainingConfig | None = None,
+        *,
+        preset: PresetName = "paper",
+    ) -> None:
+        data = Simulated() if data is None else data
+        agent = data.agent.kind if isinstance(data, Simulated) else None
+        settings = preset_settings(preset, agent)
+        object.__setattr__(self, "data", data)
+        object.__setattr__(self, "model", model or _made(ModelConfig, settings))
+        object.__setattr__(self, "training", training or _made(TrainingConfig, settings))
+
+    def as_json(self) -> dict[str, Any]:
+        """The configuration as JSON-able data."""
+        return {
+            "data": self.data.as_json(),
+            "model": dataclasses.asdict(self.model),
+            "training": dataclasses.asdict(self.training),
+        }
+
+    def hash(self) -> str:
+        """Twelve hexadecimal digits that differ for configurations that differ."""
+        text = json.dumps(self.as_json(), sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
-def fresh_experience(config: RunConfig) -> ExperienceSource:
-    """The source that simulates new transitions for every epoch."""
-    draw = simulator(config)
-    return lambda key, epoch: draw(key, epoch).experience
+Part = TypeVar("Part", ModelConfig, TrainingConfig)
 
 
-def simulation_scaling(config: RunConfig) -> Scaling:
-    """What simulated sensors and commands are divided by."""
-    world, agent, sensor = config.simulation.build()
-    raw = config.model.motor_scaling == "raw"
-    commands = agent.commands
-    return Scaling(sensor.space(world).scale, (1.0,) * commands.size if raw else commands.scale)
+def _made(kind: type[Part], settings: Settings) -> Part:
+    """The part of a configuration that some settings belong to, among others that do not."""
+    names = {field.name for field in dataclasses.fields(kind)}
+    return kind(**{name: value for name, value in settings.items() if name in names})
 
 
 def config_from_json(value: Any, *, where: object) -> RunConfig:
-    """The configuration that `dataclasses.asdict` wrote. Raises `UserError` if it is broken."""
+    """The configuration that `RunConfig.as_json` gave. Raises `UserError` if it is broken."""
     try:
         return RunConfig(
-            SimulationConfig(**value["simulation"]),
+            data_from_json(value["data"], where=where),
             ModelConfig(**value["model"]),
             TrainingConfig(**value["training"]),
         )
-    except (KeyError, TypeError) as error:
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise UserError(
-            f"the configuration is not one of this version ({error})",
+            f"the configuration is broken, or of another version ({error})",
             where=where,
             remedy="train the run anew",
         ) from None

@@ -4,12 +4,12 @@ A test holds every entry against the class that it stands for.
 """
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 from motorspace._kinds import Builtin, Parameter, Registry
 
 MAX_ROTATION = Parameter(
-    "max_rotation", 0.8 * math.pi, "Largest body rotation per step.", in_pi=True
+    "max_rotation", 0.8 * math.pi, "Largest body rotation per step.", in_pi=True, positive=True
 )
 
 AGENTS: Registry[Any] = Registry(
@@ -46,10 +46,16 @@ SENSORS: Registry[Any] = Registry(
             "motorspace.worlds.sensors.range_fan",
             "RangeFan",
             (
-                Parameter("num_rays", 9, "Distance sensors."),
-                Parameter("max_range", 10.0, "Range of the distance sensors, world units."),
+                Parameter("num_rays", 9, "Distance sensors.", positive=True),
                 Parameter(
-                    "field_of_view", math.pi, "Field of view of the distance sensors.", in_pi=True
+                    "max_range", 10.0, "Range of the distance sensors, world units.", positive=True
+                ),
+                Parameter(
+                    "field_of_view",
+                    math.pi,
+                    "Field of view of the distance sensors.",
+                    in_pi=True,
+                    positive=True,
                 ),
                 Parameter("sense_head", False, "Whether the head's angle is one more sensor."),
             ),
@@ -59,10 +65,18 @@ SENSORS: Registry[Any] = Registry(
 )
 
 
-def usual(agent: str) -> tuple[str, str]:
-    """The kind of sensor and the name of the world that an agent has where nothing else is said.
+class Home(NamedTuple):
+    """What an agent is simulated in unless another world or sensor is asked for."""
 
-    >>> usual("lattice")
-    ('node_index', 'lattice:6')
-    """
-    return ("node_index", "lattice:6") if agent == "lattice" else ("range_fan", "paper")
+    sensor: str = "range_fan"
+    layout: str = "paper"
+    horizon: int = 6
+    min_horizon: int | None = None
+
+
+_HOMES = {"lattice": Home("node_index", "lattice:6", horizon=5, min_horizon=1)}
+
+
+def home_of(agent: str) -> Home:
+    """The home of an agent of this kind."""
+    return _HOMES.get(agent, Home())

@@ -81,11 +81,13 @@ class WalledWorld(AbstractWorld):
     `walls` holds every segment, the outer ones included; `solids` those that bound closed
     obstacles, in whose inside nothing may stand; `bounds` is (x low, y low, x high, y high).
     World units. Many walls are also kept in `tiles`, where those around a place are found.
+    Plain numbers in `bounds` are constants to `eqx.filter_jit`; `stack_worlds` makes arrays of
+    them.
     """
 
     walls: Walls = eqx.field(converter=_float32)
     solids: Float[Array, "E 2 2"] = eqx.field(converter=_float32)
-    bounds: tuple[float, float, float, float] = eqx.field(static=True)
+    bounds: tuple[float, float, float, float]
     tiles: Tiles | None = None
 
     def walls_within(self, reach: float) -> Walls | Tiles:
@@ -172,8 +174,8 @@ class LatticeWorld(AbstractWorld):
     def random_pose(self, *, key: Key) -> Pose:
         low = jnp.array([0.0, 0.0, -1.0], jnp.float32)
         high = jnp.array([self.width, self.height, 3.0], jnp.float32)
-        drawn = jax.random.uniform(key, (3,), jnp.float32, minval=low, maxval=high)
-        x, y, quarters = jnp.floor(drawn)
+        node = jax.random.uniform(key, (3,), jnp.float32, minval=low, maxval=high)
+        x, y, quarters = jnp.floor(node)
         return Pose(x, y, quarters * jnp.pi / 2, jnp.zeros_like(x))
 
     def drawing(self) -> Drawing:

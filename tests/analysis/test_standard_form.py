@@ -1,16 +1,16 @@
-"""Group codes with unit, body point and readout left to chance, brought to standard form."""
+"""Codes that are matrices: what chance has set in them, undone by a convention."""
 
 import math
 
 import jax
 import numpy as np
 import pytest
+from motorspace.experiments.organisation import nominal, random_commands
 
 from motorspace import ForwardAgent, HolonomicAgent
 from motorspace.analysis import distances
 from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.analysis.standard_form import standard_form
-from motorspace.experiments.organisation import nominal, random_commands
 
 NUM = 600
 
@@ -40,7 +40,7 @@ def sequences(request):
     return motors, nominal(agent, motors), nominal(agent, commands)
 
 
-def test_what_chance_has_set_is_taken_back(sequences):
+def test_what_chance_has_set_is_undone(sequences):
     motors, displacements, commands = sequences
     unit_and_point = np.array([[0.3, 0.1, 0.5], [-0.1, 0.3, -0.9], [0, 0, 1]])
     readout = np.array([[0.8, 0.5, 1.0], [-0.2, 0.3, 0.4], [0, 0, 1]])

@@ -17,7 +17,7 @@ from motorspace import (
     UserError,
 )
 from motorspace._kinds import parameters_of
-from motorspace.worlds.catalog import AGENTS, SENSORS, usual
+from motorspace.worlds.catalog import AGENTS, SENSORS, home_of
 from motorspace.worlds.layouts import load_layout
 from motorspace.worlds.scenario import world_of
 
@@ -33,7 +33,7 @@ def test_the_catalog_says_what_the_classes_say(registry):
 
 @pytest.mark.parametrize("kind", AGENTS.names)
 def test_every_agent_has_a_usual_sensor_and_world(kind):
-    sensor, layout = usual(kind)
+    sensor, layout, *_ = home_of(kind)
     scenario = Scenario.of(AGENTS.part(kind), SENSORS.part(sensor), layout)
     pose = scenario.start(key=jax.random.key(0))
     assert scenario.sense(pose).shape == (scenario.space.size,)

@@ -8,7 +8,8 @@ import pytest
 import shapely
 
 from motorspace import Pose, RangeFan, Scenario, WalledWorld, layout, sample
-from motorspace.worlds.layouts import INDEXED_FROM, random_rooms
+from motorspace.worlds.layouts import INDEXED_FROM
+from motorspace.worlds.rooms import random_rooms
 from motorspace.worlds.tiles import FAR_AWAY, GROUP, REACH, tiled
 
 SENSE = eqx.filter_jit(lambda fan, world, pose: fan.sense(world, pose))

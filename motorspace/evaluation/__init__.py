@@ -1,0 +1,1 @@
+"""What a finished run is measured at, on data that training never saw."""

@@ -1,0 +1,1 @@
+"""Motor encoders: a motor sequence in, a latent code out. One sequence; batching is `vmap`."""

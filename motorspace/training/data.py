@@ -1,0 +1,309 @@
+"""What a run learns from, as data: a simulated agent, a robot's log, or data of one's own."""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, get_args
+
+from motorspace._errors import UserError
+from motorspace._kinds import Part, Registry
+from motorspace.worlds.catalog import AGENTS, SENSORS, home_of
+
+if TYPE_CHECKING:
+    from motorspace.recordings.recording import Recording
+    from motorspace.worlds.agents import AbstractAgent
+    from motorspace.worlds.scenario import Scenario
+    from motorspace.worlds.sensors.base import AbstractSensor
+
+Collision = Literal["resample", "block"]
+DerivedKind = Literal["oracle", "shuffled", "supervised", "scaled_rotations"]
+
+
+@dataclass(frozen=True, init=False)
+class Simulated:
+    """Fresh transitions of an agent that explores a simulated world.
+
+    Args:
+        agent: The agent that explores: an object, or the name of its kind.
+        sensor: What it senses; by default what suits the agent (nine distances).
+        layout: The world: a bundled layout, `rooms:SEED`, `lattice:SIDE`, the path of a layout
+            file, or the content of one. Of a file the content is kept, so that the run stays
+            what it was when the file changes.
+        horizon: Motor commands per trajectory (T).
+        min_horizon: Shortest trajectory, where lengths are drawn from `min_horizon` to `horizon`.
+        collision: A command that a wall forbids: `"resample"` draws another, `"block"` discards
+            its translation.
+
+    Raises:
+        UserError: For a kind, option or layout that does not exist, and sizes below one.
+    """
+
+    agent: Part
+    sensor: Part
+    layout: str
+    horizon: int
+    min_horizon: int | None
+    collision: Collision
+
+    def __init__(
+        self,
+        agent: "str | Part | AbstractAgent" = "forward",
+        sensor: "str | Part | AbstractSensor[Any] | None" = None,
+        layout: str | Path | None = None,
+        horizon: int | None = None,
+        min_horizon: int | None = None,
+        collision: Collision = "resample",
+    ) -> None:
+        described = _part(AGENTS, agent)
+        home = home_of(described.kind)
+        if horizon is None:
+            horizon, min_horizon = home.horizon, min_horizon or home.min_horizon
+        _set(
+            self,
+            agent=described,
+            sensor=_part(SENSORS, home.sensor if sensor is None else sensor),
+            layout=_layout(home.layout if layout is None else layout),
+            horizon=horizon,
+            min_horizon=min_horizon,
+            collision=collision,
+        )
+        _check_horizon(horizon, min_horizon)
+        if collision not in get_args(Collision):
+            raise UserError(f"collision must be resample or block, got {collision!r}")
+
+    def scenario(self) -> "Scenario":
+        """The world, the agent and its sensors; built once for equal configurations."""
+        return _scenario(self)
+
+    def as_json(self) -> dict[str, Any]:
+        """The same as JSON-able data."""
+        parts = {"agent": self.agent.as_json(), "sensor": self.sensor.as_json()}
+        return {"kind": "simulated"} | vars(self) | parts
+
+
+@dataclass(frozen=True, init=False)
+class Logged:
+    """Transitions of a robot's log, split into blocks of time for training and test.
+
+    Args:
+        path: The log.
+        reader: Which reader reads it; by default the one that recognises its content.
+        horizon: Scans from the beginning of a transition to its end.
+        min_horizon: Training also sees transitions over fewer scans, down to these.
+        per_scan: Whether the motor increments between two scans are chained into one command;
+            otherwise a sequence holds every increment.
+        num_blocks: Blocks of time that the log is cut into: 60 % are for training, 20 % for
+            validation, 20 % for test.
+        sha256: Hash of the log's content; by default that of the file as it is now.
+        options: Options of the reader, such as `num_rays`.
+
+    Raises:
+        UserError: For a file that cannot be read, and options that the reader does not have.
+    """
+
+    path: str
+    sha256: str
+    reader: Part
+    horizon: int
+    min_horizon: int | None
+    per_scan: bool
+    num_blocks: int
+
+    def __init__(
+        self,
+        path: str | Path,
+        reader: str | Part | None = None,
+        horizon: int = 6,
+        min_horizon: int | None = None,
+        per_scan: bool = True,
+        num_blocks: int = 20,
+        sha256: str | None = None,
+        **options: Any,
+    ) -> None:
+        from motorspace.recordings.catalog import READERS, reader_for
+
+        kind = reader_for(Path(path)) if reader is None else reader
+        part = READERS.part(kind, options) if isinstance(kind, str) else kind
+        _set(
+            self,
+            path=str(path),
+            sha256=sha256 or file_hash(Path(path)),
+            reader=part,
+            horizon=horizon,
+            min_horizon=min_horizon,
+            per_scan=per_scan,
+            num_blocks=num_blocks,
+        )
+        _check_horizon(horizon, min_horizon)
+
+    def at(self, path: str | Path) -> "Logged":
+        """The same log, which now lies elsewhere. Raises `UserError` if it is another one."""
+        moved = replace(self, path=str(path), sha256=self.sha256)
+        moved.check_content()
+        return moved
+
+    def check_content(
+        self, *, remedy: str = "give the original file, or train a new run on this one"
+    ) -> None:
+        """Raise `UserError` unless the file is there and still holds what it held."""
+        try:
+            content = file_hash(Path(self.path))
+        except UserError as error:
+            raise UserError(error.what, where=self.path, remedy=remedy) from None
+        if content != self.sha256:
+            raise UserError(
+                "this is not the log that the run has learned from (its content differs)",
+                where=self.path,
+                remedy=remedy,
+            )
+
+    def recording(self) -> "Recording":
+        """The log, read. Raises `UserError` if it is gone, has changed or cannot be read."""
+        from motorspace.recordings.catalog import READERS
+
+        self.check_content()
+        read: Recording = READERS.build(self.reader).read(Path(self.path))
+        return read
+
+    def as_json(self) -> dict[str, Any]:
+        """The same as JSON-able data."""
+        return {"kind": "logged"} | vars(self) | {"reader": self.reader.as_json()}
+
+
+@dataclass(frozen=True)
+class Derived:
+    """What a baseline learns from: the transitions of `base`, changed in one respect.
+
+    - `oracle`: the command is the true displacement itself;
+    - `shuffled`: every sequence leads to what another one led to;
+    - `supervised`: the displacement is to be predicted, instead of the sensors;
+    - `scaled_rotations`: the command is the nominal displacement of commands whose rotations
+      are scaled by `angle`.
+    """
+
+    base: Simulated | Logged
+    change: DerivedKind
+    angle: float = 1.0
+
+    @property
+    def horizon(self) -> int:
+        """Commands, or scans, of the longest transition of `base`."""
+        return self.base.horizon
+
+    def scenario(self) -> "Scenario":
+        """The world, the agent and its sensors of a simulated `base`."""
+        return simulated(self.base).scenario()
+
+    def as_json(self) -> dict[str, Any]:
+        """The same as JSON-able data."""
+        described = {"kind": "derived", "base": self.base.as_json(), "change": self.change}
+        return described | ({"angle": self.angle} if self.change == "scaled_rotations" else {})
+
+
+@dataclass(frozen=True)
+class Given:
+    """Data of one's own, which are passed to `train` beside the configuration."""
+
+    description: str = "data passed to train"
+
+    def as_json(self) -> dict[str, Any]:
+        """The same as JSON-able data."""
+        return {"kind": "given", "description": self.description}
+
+
+Data = Simulated | Logged | Derived | Given
+
+
+def base_of(data: Data) -> Simulated | Logged | Given:
+    """The data themselves, or those that they are derived from."""
+    return data.base if isinstance(data, Derived) else data
+
+
+def simulated(data: Data) -> Simulated:
+    """The simulation behind some data. Raises `UserError` where there is none."""
+    base = base_of(data)
+    if isinstance(base, Simulated):
+        return base
+    learned = f"the log {base.path}" if isinstance(base, Logged) else base.description
+    raise UserError(
+        f"there is no simulated agent: the run has learned from {learned}",
+        remedy="use a run that was trained in simulation",
+    )
+
+
+def data_from_json(value: Mapping[str, Any], *, where: object) -> Data:
+    """The data that `as_json` described. Raises `UserError` where that is broken."""
+    kind, fields = value["kind"], {k: v for k, v in value.items() if k != "kind"}
+    match kind:
+        case "simulated":
+            agent = _part_from_json(AGENTS, fields.pop("agent"), where=where)
+            sensor = _part_from_json(SENSORS, fields.pop("sensor"), where=where)
+            return Simulated(agent, sensor, **fields)
+        case "logged":
+            from motorspace.recordings.catalog import READERS
+
+            return Logged(
+                reader=_part_from_json(READERS, fields.pop("reader"), where=where), **fields
+            )
+        case "derived":
+            base = data_from_json(fields.pop("base"), where=where)
+            if not isinstance(base, Simulated | Logged):
+                raise ValueError("the base of derived data")
+            return Derived(base, **fields)
+        case "given":
+            return Given(**fields)
+    raise ValueError(f"data of the kind {kind!r}")
+
+
+def file_hash(path: Path) -> str:
+    """SHA-256 of a file's content. Raises `UserError` if it cannot be read."""
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        raise UserError(
+            f"the log cannot be read ({error.strerror})", where=path, remedy="check the path"
+        ) from None
+
+
+@cache
+def _scenario(data: Simulated) -> "Scenario":
+    from motorspace.worlds.scenario import Scenario
+
+    return Scenario.of(data.agent, data.sensor, data.layout)
+
+
+def _set(target: Any, **fields: Any) -> None:
+    for name, value in fields.items():
+        object.__setattr__(target, name, value)
+
+
+def _part(registry: Registry[Any], value: Any) -> Part:
+    if isinstance(value, str):
+        return registry.part(value)
+    return value if isinstance(value, Part) else registry.part_of(value)
+
+
+def _part_from_json(registry: Registry[Any], value: Mapping[str, Any], *, where: object) -> Part:
+    options = {name: option for name, option in value.items() if name != "kind"}
+    return registry.part(value["kind"], options, where=where)
+
+
+def _layout(layout: str | Path) -> str:
+    """The name of a world, or the content of a layout file."""
+    from motorspace.worlds.layouts import layout_names, load_layout, parse_layout, parse_world_name
+
+    if "\n" in str(layout):
+        return parse_layout(str(layout)).text()
+    named = parse_world_name(layout)
+    own_file = named.kind == "layout" and named.argument not in layout_names()
+    return load_layout(layout).text() if own_file else str(layout)
+
+
+def _check_horizon(horizon: int, min_horizon: int | None) -> None:
+    for name, value in (("horizon", horizon), ("min_horizon", min_horizon)):
+        if value is not None and value < 1:
+            raise UserError(f"{name} must be at least 1, got {value}")
+    if min_horizon is not None and min_horizon > horizon:
+        raise UserError(f"min_horizon {min_horizon} is above horizon {horizon}")

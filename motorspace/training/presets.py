@@ -1,0 +1,43 @@
+"""What the paper's systems, and the one whose codes are structured best, set differently."""
+
+from collections.abc import Mapping
+from typing import Any, Literal, get_args
+
+from motorspace._errors import UserError
+
+PresetName = Literal["paper", "best"]
+Settings = Mapping[str, Any]
+"""{field of the configuration: value}; names are unique over its parts."""
+
+LATTICE: Settings = {
+    "epochs": 500,
+    "trajectories_per_epoch": 50_000,
+    "learning_rate": 2e-3,
+    "curriculum": 0.0,
+}
+"""The paper's budget for the lattice."""
+
+BEST: Settings = {
+    "encoder": "matrix_product",
+    "hidden_size": 64,
+    "code_size": 6,
+    "learning_rate": 4e-3,
+    "curriculum": 0.1,
+    "code_noise": 0.3,
+    "isometry_weight": 1.0,
+    "restarts": 3,
+}
+"""Commands as matrices that multiply, learned by prediction alone."""
+
+PRESETS: Mapping[str, Settings] = {"paper": {}, "best": BEST}
+
+
+def preset_settings(preset: str, agent: str | None) -> Settings:
+    """What a preset sets for an agent. Raises `UserError` for an unknown preset."""
+    if preset not in PRESETS:
+        raise UserError(
+            f"there is no preset {preset!r}",
+            remedy=f"choose one of {', '.join(get_args(PresetName))}",
+        )
+    own = LATTICE if agent == "lattice" else {}
+    return {**own, **PRESETS[preset]}

@@ -1,0 +1,212 @@
+"""From the data that a configuration names to the transitions that training draws from."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from motorspace._errors import UserError
+from motorspace._types import Count, Key
+from motorspace.models.model import Scaling
+from motorspace.recordings.recording import Recording
+from motorspace.recordings.windows import split_blocks, windows
+from motorspace.training.config import RunConfig, TrainingConfig
+from motorspace.training.data import Data, Derived, Logged, Simulated, base_of, simulated
+from motorspace.trajectories import derived
+from motorspace.trajectories.sampling import SamplingPlan, simulate
+from motorspace.trajectories.transitions import Experience, ExperienceSource, Trajectories
+
+SPLIT_SEED = 0
+
+Draw = Callable[[Key, Count], Trajectories]
+
+
+@dataclass(frozen=True)
+class DataSource:
+    """What training draws from."""
+
+    experience: ExperienceSource
+    scaling: Scaling
+    validation: Experience | None = None
+
+
+def source_of(config: RunConfig) -> DataSource:
+    """The source of the data that the configuration names. Raises `UserError` if it names none."""
+    match config.data:
+        case Simulated():
+            draw = simulator(config)
+            return DataSource(
+                lambda key, epoch: draw(key, epoch).experience, simulation_scaling(config)
+            )
+        case Logged():
+            data = logged_data(config.data)
+            return DataSource(data.train.experience, data.scaling, data.validation.experience)
+        case Derived(base=Logged()):
+            return _derived_from_log(config.data)
+        case Derived():
+            return _derived_from_simulation(config, config.data)
+    raise UserError(
+        f"the configuration names no data ({config.data.description})",
+        remedy="pass them: train(config, experience)",
+    )
+
+
+def given_source(
+    config: RunConfig, experience: ExperienceSource, scaling: Scaling | None
+) -> DataSource:
+    """The source of data of one's own; see `train` for the scaling."""
+    if scaling is None:
+        some = experience
+        if not isinstance(some, Experience):
+            some = some(jax.random.key(config.training.seed), jnp.zeros((), jnp.int32))
+        sensors = np.abs(np.asarray(some.sensors)).max(axis=0)
+        scaling = Scaling(_above_zero(sensors), motor_spread(some))
+    return DataSource(experience, scaling)
+
+
+def simulator(config: RunConfig) -> Draw:
+    """A function from a key and the epoch to one epoch's new trajectories.
+
+    With large rotations the outcome of T commands says almost nothing about any one of them,
+    much as a parity of T bits, and learning sits still. So the first epochs (`curriculum`) draw
+    shorter sequences, of 1 command and then of up to 2, 3 ... T, which show what each one does.
+    """
+    data, training = simulated(config.data), config.training
+    scenario = data.scenario()
+    plan = SamplingPlan(training.trajectories_per_epoch, data.horizon, data.collision)
+
+    def draw(key: Key, epoch: Count) -> Trajectories:
+        if not training.resample_each_epoch:
+            key = jax.random.key(training.seed)
+        return simulate(scenario, plan, _lengths(data, training, epoch), key=key)
+
+    return draw
+
+
+def _lengths(data: Simulated, training: TrainingConfig, epoch: Count) -> tuple[Count, Count]:
+    """The shortest and the longest trajectory of an epoch."""
+    shortest = data.min_horizon or data.horizon
+    in_curriculum = epoch < training.curriculum_epochs
+    grown = 1 + epoch * data.horizon // max(training.curriculum_epochs, 1)
+    return jnp.where(in_curriculum, 1, shortest), jnp.where(in_curriculum, grown, data.horizon)
+
+
+def simulation_scaling(config: RunConfig) -> Scaling:
+    """What simulated sensors and commands are divided by."""
+    scenario = simulated(config.data).scenario()
+    commands = scenario.agent.commands
+    raw = config.model.motor_scaling == "raw"
+    motors = (1.0,) * commands.size if raw else commands.scale
+    return Scaling(scenario.sensor.space(scenario.world).scale, motors)
+
+
+def derive(data: Derived, sampled: Trajectories, *, key: Key) -> Experience:
+    """What a baseline on simulated data is given for these trajectories."""
+    reach = float(data.horizon)
+    match data.change:
+        case "oracle":
+            return derived.displacement_as_motors(sampled, reach)
+        case "shuffled":
+            return derived.shuffled(sampled, key=key)
+        case "supervised":
+            return derived.supervised(sampled)
+    return derived.scaled_rotations(data.scenario().agent, sampled, angle=data.angle)
+
+
+def _derived_from_simulation(config: RunConfig, data: Derived) -> DataSource:
+    draw, scaling, reach = simulator(config), simulation_scaling(config), float(data.horizon)
+
+    def experience(key: Key, epoch: Count) -> Experience:
+        return derive(data, draw(key, epoch), key=key)
+
+    match data.change:
+        case "oracle" | "scaled_rotations":
+            scaling = Scaling(scaling.sensors, (1.0,) * 4)
+        case "supervised":
+            scaling = Scaling((reach, reach, 1.0, 1.0), scaling.motors)
+    return DataSource(experience, scaling)
+
+
+@dataclass(frozen=True)
+class LoggedData:
+    """Transitions of one recording, in disjoint blocks of time."""
+
+    train: Trajectories
+    """Of every number of scans from the shortest to the longest."""
+    validation: Trajectories
+    test: Trajectories
+    scaling: Scaling
+
+
+def logged_data(data: Data) -> LoggedData:
+    """A log's transitions, split 60 / 20 / 20 by blocks of time.
+
+    Of data derived from a log, the oracle's: one command each, the true displacement. Raises
+    `UserError` for a log that has changed, cannot be read, or is too short.
+    """
+    log = base_of(data)
+    assert isinstance(log, Logged), "the caller has made sure"
+    return _oracle_of(_logged_data(log)) if isinstance(data, Derived) else _logged_data(log)
+
+
+@lru_cache(maxsize=4)
+def _logged_data(data: Logged) -> LoggedData:
+    recording = data.recording()
+    train, validation, test = _split(recording, data, data.horizon)
+    shorter = [
+        _split(recording, data, scans)[0]
+        for scans in range(data.min_horizon or data.horizon, data.horizon)
+    ]
+    padded = [_padded(part, train.experience.motors.shape[1]) for part in (*shorter, train)]
+    together = jax.tree.map(lambda *parts: jnp.concatenate(parts), *padded)
+    scaling = Scaling(recording.sensor_scale, motor_spread(train.experience))
+    return LoggedData(together, validation, test, scaling)
+
+
+def _derived_from_log(data: Derived) -> DataSource:
+    if data.change != "oracle":
+        raise UserError(f"{data.change!r} is not derived from logs", remedy="use a simulation")
+    oracle = logged_data(data)
+    return DataSource(oracle.train.experience, oracle.scaling, oracle.validation.experience)
+
+
+def _oracle_of(data: LoggedData) -> LoggedData:
+    reach = float(np.abs(np.asarray(data.train.displacements.achieved[:, :2])).max())
+    train, validation, test = (
+        Trajectories(derived.displacement_as_motors(part, reach), part.displacements)
+        for part in (data.train, data.validation, data.test)
+    )
+    return LoggedData(train, validation, test, Scaling(data.scaling.sensors, (1.0,) * 4))
+
+
+def _split(
+    recording: Recording, data: Logged, scans: int
+) -> tuple[Trajectories, Trajectories, Trajectories]:
+    everything = windows(recording, horizon=scans, per_scan=data.per_scan)
+    train, validation, test = split_blocks(
+        recording, horizon=scans, num_blocks=data.num_blocks, key=jax.random.key(SPLIT_SEED)
+    )
+    return everything[train], everything[validation], everything[test]
+
+
+def _padded(part: Trajectories, horizon: int) -> Trajectories:
+    """The same trajectories, their motor sequences padded with zeros to one horizon."""
+    motors = part.experience.motors
+    padded = jnp.pad(motors, ((0, 0), (0, horizon - motors.shape[1]), (0, 0)))
+    return eqx.tree_at(lambda t: t.experience.motors, part, padded)
+
+
+def motor_spread(experience: Experience) -> tuple[float, ...]:
+    """The standard deviation of each channel over the commands that were executed."""
+    executed = np.arange(experience.motors.shape[1]) < np.asarray(experience.num_steps)[:, None]
+    return _above_zero(np.asarray(experience.motors)[executed].std(axis=0))
+
+
+def _above_zero(values: Any) -> tuple[float, ...]:
+    """The values, with ones for zeros: what does not vary is not scaled."""
+    return tuple(float(value) if value > 0 else 1.0 for value in values)
