@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: demo test test-slow lint format reproduce bench tables clean
+.PHONY: demo test test-slow lint format reproduce bench tables tutorials docs clean
 
 demo: $(STAMP)
 	$(BIN)/motorspace demo --out demo
@@ -41,8 +41,22 @@ bench: .venv-bench/.installed
 tables: $(STAMP)
 	$(BIN)/python -m docs.tables
 
+# The pages of the tutorials: text, code, what it prints and draws. Takes some ten minutes.
+tutorials: $(STAMP)
+	$(BIN)/python -m docs.run_tutorials
+
+# The site in site/index.html. Broken links and missing references fail.
+docs: .venv/.docs
+	$(BIN)/python -m docs.drawings
+	$(BIN)/python -m docs.reference
+	$(BIN)/zensical build --strict --clean
+
+.venv/.docs: $(STAMP)
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[docs]'
+	touch $@
+
 clean:
-	rm -rf .venv .venv-bench demo build dist
+	rm -rf .venv .venv-bench demo build dist site
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv

@@ -2,8 +2,9 @@
 
 from typing import Any
 
-from benchmarks.whole_table import SAMPLES
 from motorspace.experiments.summary import claimed
+
+from benchmarks.whole_table import SAMPLES
 
 TARGETS = {
     ("scans", 2, "Open3D"): 20.0,

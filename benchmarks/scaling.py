@@ -16,6 +16,7 @@ import jax
 import jax.numpy as jnp
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
+from motorspace.experiments.paper import FORWARD
 
 from benchmarks.__main__ import OUT, machine
 from benchmarks.harness import best_seconds
@@ -30,7 +31,6 @@ from motorspace import (
     simulation_scaling,
 )
 from motorspace._files import write_json
-from motorspace.experiments.paper import FORWARD
 from motorspace.training.fit import init, train_epoch, train_epoch_together
 from motorspace.trajectories.sampling import CHUNK_SIZE, SamplingPlan, simulate
 from motorspace.worlds.rooms import random_rooms
