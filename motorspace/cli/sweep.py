@@ -70,10 +70,8 @@ def _add_what_runs(parser: CommandParser) -> None:
         help="Flags and distributions: uniform, log-uniform or choice.",
     )
     add("--fixed", default=(), nargs="+", metavar="FLAG=A", help="Flags that all runs share.")
-    add(
-        "--samples", type=int, default=None, metavar="N", help="Random values of each (default: 1)."
-    )
-    add("--seeds", type=int, default=None, metavar="N", help="Seeds of every cell (default: 1).")
+    add("--samples", type=int, default=None, metavar="N", help="Random values of each.")
+    add("--seeds", type=int, default=None, metavar="N", help="Seeds of every cell (default: 3).")
     add(
         "--measure",
         default=None,
@@ -89,6 +87,13 @@ def _add_what_runs(parser: CommandParser) -> None:
         default=None,
         metavar="HOST:PORT",
         help="Head of a Ray cluster instead; auto: the one of this machine.",
+    )
+    where(
+        "--gpus",
+        type=float,
+        default=0.0,
+        metavar="N",
+        help="Accelerators of the cluster that a run takes; 0.25: four runs share one.",
     )
 
 
@@ -125,7 +130,7 @@ def executor_of(options: argparse.Namespace) -> Executor:
     if options.address is not None:
         from motorspace.running.ray_cluster import RayExecutor
 
-        return RayExecutor(options.address, modules=modules)
+        return RayExecutor(options.address, gpus=options.gpus, modules=modules)
     from motorspace.running.processes import Processes
 
     return Processes(options.jobs, modules)
@@ -159,10 +164,11 @@ def _show(options: argparse.Namespace) -> None:
         raise Usage("no sweep was given", remedy="give its file, or the folder of its runs")
     sweep = read_sweep(options.spec)
     jobs = jobs_of(sweep, trainer())
+    out = options.spec.resolve().parent if options.spec.is_dir() else options.out
     if options.view == "status":
-        print(status(jobs, options.out))
+        print(status(jobs, out))
         return
-    found, metrics = rows(jobs, options.out), tuple(options.metrics or sweep.metrics)
+    found, metrics = rows(jobs, out), tuple(options.metrics or sweep.metrics)
     if options.view == "table":
         print(table(found, metrics))
         return
