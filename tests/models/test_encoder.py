@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from motorspace.models.config import ENCODERS, ModelConfig
+from motorspace.models.config import ModelConfig
 from motorspace.models.encoders.recurrent import GRUEncoder, LSTMEncoder
 from motorspace.models.model import Scaling, build_model
 
