@@ -4,8 +4,8 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
+from motorspace.cli.executors import add_executor_flags, executor_of
 from motorspace.cli.parsing import CommandParser, Usage
-from motorspace.running.executors import Executor
 from motorspace.running.sweep import Sweep
 
 VIEWS = ("status", "table", "best")
@@ -78,23 +78,7 @@ def _add_what_runs(parser: CommandParser) -> None:
         metavar="WHAT",
         help="prediction, or structure: also the report on the codes (default: prediction).",
     )
-    where = parser.add_argument_group("where the runs are trained").add_argument
-    where(
-        "--jobs", type=int, default=2, metavar="N", help="Processes of this machine (default: 2)."
-    )
-    where(
-        "--address",
-        default=None,
-        metavar="HOST:PORT",
-        help="Head of a Ray cluster instead; auto: the one of this machine.",
-    )
-    where(
-        "--gpus",
-        type=float,
-        default=0.0,
-        metavar="N",
-        help="Accelerators of the cluster that a run takes; 0.25: four runs share one.",
-    )
+    add_executor_flags(parser)
 
 
 def run(options: argparse.Namespace) -> None:
@@ -122,18 +106,6 @@ def run(options: argparse.Namespace) -> None:
         report=lambda sentence: print(sentence, flush=True),
     )
     print(table(rows(jobs_of(sweep, trainer()), options.out), sweep.metrics))
-
-
-def executor_of(options: argparse.Namespace) -> Executor:
-    """Where the runs are trained: in processes of this machine, or on a Ray cluster."""
-    modules = tuple(options.imports)
-    if options.address is not None:
-        from motorspace.running.ray_cluster import RayExecutor
-
-        return RayExecutor(options.address, gpus=options.gpus, modules=modules)
-    from motorspace.running.processes import Processes
-
-    return Processes(options.jobs, modules)
 
 
 def _sweep(options: argparse.Namespace) -> Sweep:
