@@ -227,8 +227,8 @@ def _of_report(report: Row) -> dict[str, float | None]:
         "continuity": measures["continuity, 20"],
         "neighbours / floor": measures["neighbours to floor"],
         "winding": abs(measures["winding number"]),
-        "loop": measures["loop persistence"],
-        "dimension": measures["intrinsic dimension"],
+        "loop": measures.get("loop persistence"),
+        "dimension": measures.get("intrinsic dimension"),
         "components": measures["components 95"],
     }
 
