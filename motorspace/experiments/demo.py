@@ -71,8 +71,8 @@ def _world_section(config: RunConfig) -> Section:
         "The world",
         "40 by 40 units of rooms, corridors and obstacles. The agent senses nine distances over"
         " half a circle, up to ten units away. At every step it turns by a random angle and moves"
-        " ahead by up to one unit. The network sees what is sensed before and after six commands, and"
-        " the commands: no position and no displacement.",
+        " ahead by up to one unit. The network sees what is sensed before and after six commands,"
+        " and the commands: no position and no displacement.",
         pictures=[
             picture("Two agents and their rays", lambda: world_figure(world, starts[:2], fan)),
             picture(
