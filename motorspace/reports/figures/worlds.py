@@ -78,7 +78,7 @@ def _draw_world(axes: Axes, world: AbstractWorld) -> None:
     x_low, y_low, x_high, y_high = drawing.bounds
     axes.add_collection(LineCollection(list(drawing.lines), colors=ink("text"), linewidths=1.8))
     if len(drawing.points):
-        axes.scatter(*drawing.points.T, s=12, color=ink("text"))
+        axes.scatter(drawing.points[:, 0], drawing.points[:, 1], s=12, color=ink("text"))
     for corners in drawing.solids:
         axes.fill(*corners.T, color=ink("grid"))
     margin = 0.02 * (x_high - x_low)
