@@ -1,0 +1,69 @@
+"""Tables in Markdown, and the places in a page where they stand.
+
+A table stands between `<!-- table: NAME -->` and `<!-- end -->`.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from numbers import Integral, Real
+from typing import Any
+
+PLACE = re.compile(r"(<!-- table: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
+
+
+def markdown_table(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Returns rows as a Markdown table; the first row's keys are the columns.
+
+    Args:
+        rows: {head of a column: value}; values are written by `shown`. No rows, no table.
+
+    Example:
+        >>> print(markdown_table([{"r": 0.2, "error": 3.6539}]), end="")
+        | r | error |
+        |---|---|
+        | 0.2 | 3.65 |
+    """
+    if not rows:
+        return ""
+    columns = list(rows[0])
+    lines = ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
+    lines += [
+        "| " + " | ".join(shown(row.get(c)).replace("|", "\\|") for c in columns) + " |"
+        for row in rows
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def shown(value: Any) -> str:
+    """Returns a value as a table shows it: three digits of a number, a dash for nothing.
+
+    Example:
+        >>> shown(None), shown(True), shown(0.12345), shown(1000)
+        ('–', 'yes', '0.123', '1000')
+    """
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, Real) and not isinstance(value, Integral):
+        return f"{float(value):.3g}"
+    return str(value)
+
+
+def places(page: str) -> list[str]:
+    """Returns the names of the tables that stand in a page."""
+    return [found[2] for found in PLACE.finditer(page)]
+
+
+def filled(page: str, tables: Mapping[str, str]) -> str:
+    """Returns the page with these tables in their places; others stay as they are.
+
+    Args:
+        page: Markdown.
+        tables: {name: Markdown}.
+    """
+    return PLACE.sub(lambda found: found[1] + tables.get(found[2], _rest(found)) + found[3], page)
+
+
+def _rest(found: "re.Match[str]") -> str:
+    return found[0][len(found[1]) : -len(found[3])]

@@ -1,0 +1,177 @@
+"""From the results of runs to rows: a cell of a study, and its measures over the seeds."""
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from statistics import fmean
+
+from motorspace._errors import UserError
+from motorspace.analysis.measures import Measure, measure
+from motorspace.running.jobs import Value, shown
+from motorspace.running.store import Result
+
+LEVEL = 0.95
+COMPONENTS = ("longitudinal", "lateral", "cos", "sin")
+
+SYMBOLS = {"rotation": "r", "horizon": "T"}
+"""What tables call some settings of cells."""
+
+Settings = Mapping[str, Value | tuple[Value, ...]]
+"""Settings of a cell; a tuple stands for any of its values."""
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Values of one measure over seeds.
+
+    Example:
+        >>> print(Spread((1.0, 2.0, 3.0, 4.0)))
+        2.5 ± 1
+    """
+
+    values: tuple[float, ...]
+
+    @property
+    def mean(self) -> float:
+        """Their mean."""
+        return fmean(self.values)
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """The lowest and the highest."""
+        return min(self.values), max(self.values)
+
+    @cached_property
+    def interval(self) -> tuple[float, float]:
+        """The bootstrapped 95 % confidence interval of the mean (percentiles)."""
+        low, high = self.range
+        if low == high:
+            return self.mean, self.mean
+        import numpy as np
+        from scipy.stats import bootstrap
+
+        found = bootstrap(
+            (self.values,), np.mean, confidence_level=LEVEL, method="percentile", rng=0
+        ).confidence_interval
+        return float(found.low), float(found.high)
+
+    @property
+    def half(self) -> float:
+        """Half the width of the interval."""
+        low, high = self.interval
+        return (high - low) / 2
+
+    def at(self, x: float) -> tuple[float, float, float, float]:
+        """A point of a curve: x, the mean, the ends of its interval."""
+        return x, self.mean, *self.interval
+
+    def __truediv__(self, level: float) -> "Spread":
+        return Spread(tuple(value / level for value in self.values))
+
+    def __str__(self) -> str:
+        return f"{self.mean:.3g}" + (f" ± {self.half:.1g}" if self.half > 0 else "")
+
+
+@dataclass(frozen=True)
+class Row:
+    """A cell of a study, and what its runs were measured at.
+
+    `row["prediction.error"]` is a `Spread`. A measure that some of the runs lack is not in the
+    row.
+    """
+
+    study: str
+    cell: Mapping[str, Value]
+    epochs: int
+    runs: Mapping[int, Mapping[str, float]]
+    """{seed: {key of a measure: value}}."""
+    derived: Mapping[str, Spread] = field(default_factory=dict)
+    """Further measures, made of these runs and of other rows."""
+
+    @property
+    def name(self) -> str:
+        """The cell, for people.
+
+        Example:
+            >>> Row("table1", {"agent": "forward", "rotation": 0.2}, 5000, {}).name
+            'forward, r = 0.2 π'
+        """
+        return ", ".join(
+            str(value) if isinstance(value, str) else f"{SYMBOLS.get(name, name)} = {said}"
+            for name, value in self.cell.items()
+            if (said := setting(name, value))
+        )
+
+    def get(self, key: str) -> Spread | None:
+        """The values of a measure, or None."""
+        if key in self.derived:
+            return self.derived[key]
+        values = [run.get(key, math.nan) for run in self.runs.values()]
+        if not all(map(math.isfinite, values)):
+            return None
+        found = known_measure(key)
+        sign = abs if found and found.arbitrary_sign else float
+        return Spread(tuple(map(sign, values)))
+
+    def __getitem__(self, key: str) -> Spread:
+        found = self.get(key)
+        if found is None:
+            raise KeyError(key)
+        return found
+
+    def __contains__(self, key: str) -> bool:
+        return self.get(key) is not None
+
+    def matches(self, settings: Settings) -> bool:
+        """Whether the cell has these settings."""
+        return all(
+            self.cell.get(name) in (value if isinstance(value, tuple) else (value,))
+            for name, value in settings.items()
+        )
+
+    def with_measures(self, made: Mapping[str, Spread | None]) -> "Row":
+        """The row with further measures, of those that are not None."""
+        found = {key: spread for key, spread in made.items() if spread is not None}
+        return replace(self, derived={**self.derived, **found})
+
+
+def setting(name: str, value: Value) -> str:
+    """A setting of a cell as tables write it: rotations in units of pi."""
+    return f"{shown(value)} π" if name == "rotation" else shown(value)
+
+
+def rows_of(study: str, results: Iterable[Result]) -> list[Row]:
+    """One row for each cell, in the order in which the cells first come."""
+    rows: dict[tuple[tuple[str, Value], ...], list[Result]] = {}
+    for result in results:
+        rows.setdefault(result.cell, []).append(result)
+    return [
+        Row(study, dict(cell), runs[0].epochs, {run.seed: run.metrics for run in runs})
+        for cell, runs in rows.items()
+    ]
+
+
+def chosen(rows: Iterable[Row], study: str | None = None, /, **settings: Value) -> list[Row]:
+    """The rows whose cells have these settings."""
+    return [row for row in rows if row.matches(settings) and study in (None, row.study)]
+
+
+def with_worst(row: Row, *families: str) -> Row:
+    """The row with the least R² of the four components, as `linear_r2.worst`."""
+
+    def worst(family: str) -> Spread | None:
+        keys = [f"{family}.{component}" for component in COMPONENTS]
+        if not all(key in row for key in keys):
+            return None
+        return Spread(tuple(min(run[key] for key in keys) for run in row.runs.values()))
+
+    return row.with_measures({f"{family}.worst": worst(family) for family in families})
+
+
+def known_measure(key: str) -> Measure | None:
+    """The measure of a key, if it is defined."""
+    try:
+        return measure(key)
+    except UserError:
+        return None
