@@ -1,5 +1,5 @@
 """`python -m motorspace`, as `motorspace`."""
 
-from motorspace.cli import main
+from motorspace.cli.main import main
 
 main()

@@ -18,11 +18,12 @@ def winding_number(codes: Points, turns: Angles) -> float:
 
     The mean codes of `NUM_BINS` equal ranges of orientation, on the plane of their first two
     principal components, make a closed path; what counts is its angle about its centre. 0 when
-    some range holds no code: the orientations themselves do not close.
+    some range holds no code, so that the orientations themselves do not close, and for codes of
+    one column.
     """
     bins = np.floor((turns + np.pi) / (2 * np.pi) * NUM_BINS).astype(int) % NUM_BINS
     counts = np.bincount(bins, minlength=NUM_BINS)
-    if not counts.all():
+    if not counts.all() or codes.shape[1] < 2:
         return 0.0
     sums = [np.bincount(bins, column, minlength=NUM_BINS) for column in codes.T]
     x, y = pca(np.stack(sums, axis=1) / counts[:, None], 2).coordinates.T

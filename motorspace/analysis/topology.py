@@ -1,24 +1,23 @@
-"""How well are codes organised by displacement? Every measure, for anybody's codes, in one call."""
+"""How does the structure of codes compare with that of displacements? Every measure in one call."""
 
 import importlib.util
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from motorspace._errors import UserError
-from motorspace.analysis import circle, collapse, dimension, distances, neighbours
+from motorspace.analysis import circle, dimension, distances, equivalence, neighbours
 from motorspace.analysis.coordinates import (
     COMPONENTS,
     Numbers,
     Points,
-    checked,
     displacement_coordinates,
 )
+from motorspace.analysis.inputs import checked, checked_groups, checked_options, moderate
 from motorspace.analysis.probes import explained, linear_decoder, neighbour_probe
+from motorspace.analysis.report import Estimate, Estimates, Topology, over_subsets, report
 
 SUBSET_SIZE = 2000
 RANKED_SIZE = 1000
@@ -36,106 +35,6 @@ SMALL_TRANSLATION = 0.1
 """Share of the points, those of the smallest translation, in which a circle is looked for."""
 
 
-class Estimate(NamedTuple):
-    """A measure on random subsets of the points: its mean, and the error of drawing them."""
-
-    mean: float
-    error: float
-    """Standard error of the mean over the subsets; 0 where all points are measured at once."""
-
-
-@dataclass(frozen=True)
-class Topology:
-    """How codes are organised by displacement. `rows` says what is perfect for each measure."""
-
-    num_points: int
-    weight: float
-    """World units that a radian-like unit of (cos, sin) counts for."""
-    seed: int
-    code_variance: float
-    collapse_ratio: float | None
-    equivalence_auc: float | None
-    topology_error: Estimate
-    normalised_topology_error: Estimate
-    metric_error: Estimate
-    rank_correlation: Estimate
-    partial_displacement: Estimate | None
-    partial_motors: Estimate | None
-    partial_motors_affine: Estimate | None
-    """The same of A p + b, the part of the codes that is affine in displacement.
-
-    Displacement itself has as much where its components weigh otherwise, or another point of the
-    body is followed. What `partial_motors` has beyond it comes from codes that bend displacement,
-    or know of the motors what displacement does not tell.
-    """
-    semipartial_motors: Estimate | None
-    """What motors explain beyond displacement, of the codes' distances as a whole."""
-    trustworthiness: dict[int, Estimate]
-    continuity: dict[int, Estimate]
-    neighbours_to_random: Estimate
-    neighbours_to_floor: Estimate
-    linear_r2: dict[str, float]
-    nonlinear_r2: dict[str, float]
-    orientation_error: float
-    """Mean absolute error of the orientation change that a linear map decodes, degrees."""
-    circular_correlation: float
-    winding_number: float
-    loop_persistence: float | None
-    intrinsic_dimension: float | None
-    participation_ratio: float
-    components_95: int
-
-    def rows(self) -> Iterator[tuple[str, float | None, float | None, str]]:
-        """(measure, value, error by drawing subsets, what is perfect) of each measure."""
-        for part in fields(self):
-            value = getattr(self, part.name)
-            name, perfect = part.name.replace("_", " "), PERFECT.get(part.name, "")
-            if isinstance(value, dict):
-                for key, one in value.items():
-                    yield f"{name}, {key}", *_split(one), perfect
-            else:
-                yield name, *_split(value), perfect
-
-    def __str__(self) -> str:
-        lines = [f"{'measure':<34} {'value':>10} {'error':>9}  perfect"]
-        for name, value, error, perfect in self.rows():
-            shown = "" if value is None else f"{value:.4g}"
-            about = "" if error is None else f"{error:.2g}"
-            lines.append(f"{name:<34} {shown:>10} {about:>9}  {perfect}".rstrip())
-        return "\n".join(lines)
-
-
-PERFECT = {
-    "collapse_ratio": "0 (none: 1)",
-    "equivalence_auc": "1 (chance: 0.5)",
-    "topology_error": "0, on the same sample only",
-    "normalised_topology_error": "0 (random: 1)",
-    "metric_error": "0",
-    "rank_correlation": "1",
-    "partial_displacement": "1",
-    "partial_motors": "0",
-    "partial_motors_affine": "as partial motors",
-    "semipartial_motors": "0",
-    "trustworthiness": "1 (random: 0.5)",
-    "continuity": "1 (random: 0.5)",
-    "neighbours_to_random": "near 0 (random: 1)",
-    "neighbours_to_floor": "1",
-    "linear_r2": "1",
-    "nonlinear_r2": "1",
-    "orientation_error": "0 degrees (random: 90)",
-    "circular_correlation": "1",
-    "winding_number": "1 or -1, where orientation closes",
-    "loop_persistence": "1, where orientation closes",
-    "intrinsic_dimension": "3",
-}
-
-
-def _split(value: Any) -> tuple[float | None, float | None]:
-    if isinstance(value, Estimate):
-        return value.mean, value.error
-    return None if value is None else float(value), None
-
-
 def topology(
     codes: ArrayLike,
     displacements: ArrayLike,
@@ -146,23 +45,40 @@ def topology(
     subsets: int = 5,
     seed: int = 0,
 ) -> Topology:
-    """How N codes are organised by the displacements that their motor sequences lead to.
+    """Returns a report on how the structure of N codes follows that of their displacements.
 
-    `codes` are [N, ...] and `displacements` [N, 3]: (longitudinal, lateral, orientation change in
-    radians). With the `motors` [N, ...] behind the codes it is measured whether codes copy them.
-    `groups` [N] numbers the sequences of equal nominal displacement (negative: none); by default
-    those are one group whose displacements agree to a thousandth. `weight` is the w of
-    `displacement_coordinates`.
+    Measures of pairs are means over random subsets of `SUBSET_SIZE` points, with the standard
+    error of drawing them. What cannot be measured is left out: without `motors` whether codes
+    copy them; without equivalent sequences whether these share a code; without the extra
+    `topology` persistent homology and intrinsic dimension.
 
-    Measures of pairs are means over random `subsets` of `SUBSET_SIZE` points drawn by `seed`, and
-    tell the standard error that this brings. Persistent homology and intrinsic
-    dimension need the extra `topology`, and are None without it.
+    Args:
+        codes: [N, ...], any numbers, from any encoder.
+        displacements: [N, 3]: longitudinal, lateral (world units), orientation change (radians).
+        motors: [N, ...], the motor commands behind each code.
+        groups: [N] whole numbers: sequences of equal number are equivalent, negative ones are in
+            no group. By default displacements that agree to a thousandth are equivalent.
+        weight: World units that a unit of (cos, sin) of the orientation change counts for. By
+            default orientation has as much variance as translation.
+        subsets: How many subsets to draw.
+        seed: Seed of the subsets.
 
-    Raises `UserError` for fewer than a hundred points, rows that do not belong together, values
-    that are not finite, and codes or displacements that do not vary.
+    Raises:
+        CollapsedCodesError: For codes that are all the same.
+        UserError: For fewer than a hundred points, rows that do not belong together, and values
+            that are no finite real numbers.
+
+    Example:
+        >>> import numpy as np
+        >>> displacements = np.random.default_rng(0).uniform(-1, 1, (200, 3))
+        >>> report = topology(displacements @ np.eye(3, 5), displacements)
+        >>> report["linear_r2.lateral"] > 0.99
+        True
     """
     h, d, m = checked(codes, displacements, motors)
-    labels = collapse.equal_rows(d) if groups is None else checked_groups(groups, len(h))
+    checked_options(weight, subsets, seed)
+    h, scale = moderate(h)
+    labels = equivalence.equal_rows(d) if groups is None else checked_groups(groups, len(h))
     coordinates = displacement_coordinates(d, weight=weight)
     rng = np.random.default_rng(seed)
     order = rng.permutation(len(h))
@@ -170,58 +86,57 @@ def topology(
     if len(h) > SUBSET_SIZE:
         drawn = [rng.choice(len(h), SUBSET_SIZE, replace=False) for _ in range(subsets)]
     some = order[:MOST_NEIGHBOUR_POINTS]
-    equivalent = bool((labels >= 0).any())
-    return Topology(
-        num_points=len(h),
-        weight=coordinates.weight,
-        seed=seed,
-        code_variance=float(h.var(axis=0).sum()),
-        collapse_ratio=collapse.collapse_ratio(h, labels) if equivalent else None,
-        equivalence_auc=(
-            collapse.equivalence_auc(h, m, labels, seed=seed)
-            if equivalent and m is not None
-            else None
-        ),
-        participation_ratio=dimension.participation_ratio(h),
-        components_95=dimension.components_for(h),
-        intrinsic_dimension=_with_extra("skdim", lambda: dimension.intrinsic_dimension(h[some])),
-        **_of_pairs(h, coordinates.points, m, drawn),
-        **_of_neighbours(h, coordinates.points, drawn),
-        **_of_probes(h, d, some),
-        **_of_circle(h, d),
-    )
+    sample = Sample(h, scale, d, coordinates.points, m, labels, drawn, some, seed)
+    estimates = {key: one for family in FAMILIES for key, one in family(sample).items()}
+    return report(len(h), coordinates.weight, seed, estimates)
 
 
-def checked_groups(groups: ArrayLike, num: int) -> collapse.Labels:
-    """The groups' numbers. Raises `UserError` unless there is one for each of `num` codes."""
-    labels = np.asarray(groups)
-    if labels.shape != (num,) or not np.issubdtype(labels.dtype, np.integer):
-        raise UserError(
-            f"the groups are {labels.dtype} of shape {labels.shape}",
-            remedy=f"give one whole number for each of the {num:,} codes",
-        )
-    return labels
+class Sample(NamedTuple):
+    """What every family of measures is taken on."""
+
+    codes: Points
+    scale: float
+    """By what the codes were divided."""
+    displacements: Float[np.ndarray, "N 3"]
+    points: Points
+    """Coordinates of the displacements."""
+    motors: Points | None
+    groups: equivalence.Labels
+    subsets: list[np.ndarray]
+    some: np.ndarray
+    """The points whose neighbours are looked for in all of them, in random order."""
+    seed: int
 
 
-def _with_extra(module: str, measure: Callable[[], float | None]) -> float | None:
-    return measure() if importlib.util.find_spec(module) else None
-
-
-def _estimates(samples: list[dict[str, float]]) -> dict[str, Estimate]:
-    """Of each measure the mean over the subsets and its standard error."""
-    table = {name: np.array([sample[name] for sample in samples]) for name in samples[0]}
-    many = len(samples)
+def variance(sample: Sample) -> Estimates:
+    """Returns how much the codes vary, and in how many components."""
+    h = sample.codes
     return {
-        name: Estimate(
-            float(values.mean()), float(values.std(ddof=1) / np.sqrt(many)) if many > 1 else 0.0
-        )
-        for name, values in table.items()
+        "total_code_variance": Estimate(h.var(axis=0).sum() * sample.scale**2),
+        "participation_ratio": Estimate(dimension.participation_ratio(h)),
+        "components_95": Estimate(dimension.components_for(h)),
     }
 
 
-def _of_pairs(h: Points, p: Points, m: Points | None, subsets: list[np.ndarray]) -> dict[str, Any]:
-    samples = []
-    for rows in subsets:
+def shared_codes(sample: Sample) -> Estimates:
+    """Returns whether equivalent sequences share a code; nothing where there are none."""
+    if not (sample.groups >= 0).any():
+        return {}
+    ratio = equivalence.equivalence_ratio(sample.codes, sample.groups)
+    found = {"equivalence_ratio": Estimate(ratio)}
+    if sample.motors is not None:
+        auc = equivalence.equivalence_auc(
+            sample.codes, sample.motors, sample.groups, seed=sample.seed
+        )
+        found["equivalence_auc"] = Estimate(auc)
+    return found
+
+
+def pairs(sample: Sample) -> Estimates:
+    """Returns whether codes lie apart as their displacements do, and as their motors do."""
+    h, p, m = sample.codes, sample.points, sample.motors
+
+    def take(rows: np.ndarray) -> dict[str, float]:
         # The linear map is fitted on other points, where there are some.
         others = np.setdiff1d(np.arange(len(h)), rows) if len(rows) < len(h) else rows
         decoded = linear_decoder(h[others], p[others])(h[rows])
@@ -233,61 +148,89 @@ def _of_pairs(h: Points, p: Points, m: Points | None, subsets: list[np.ndarray])
             affine = linear_decoder(p[others], h[others], ridge=1e-12)
             kinds += [m[few], affine(p[few])]
         ranks = distances.rank_correlations(*map(between, kinds))
-        sample = {
+        partial = PARTIAL.items() if m is not None else ()
+        return {
             "topology_error": distances.topology_error(dh, dp),
             "normalised_topology_error": distances.normalised_topology_error(dh, dp),
             "metric_error": distances.metric_error(dq, dp),
             "rank_correlation": float(ranks[0, 1]),
-        }
-        if m is not None:
-            for name, (correlation, order) in PARTIAL.items():
-                sample[name] = correlation(ranks[np.ix_(order, order)])
-        samples.append(sample)
-    return dict.fromkeys(PARTIAL) | _estimates(samples)
+        } | {key: correlation(ranks[np.ix_(order, order)]) for key, (correlation, order) in partial}
+
+    return over_subsets(take, sample.subsets)
 
 
-def _of_neighbours(h: Points, p: Points, subsets: list[np.ndarray]) -> dict[str, Any]:
-    samples = []
-    for rows in subsets:
+def near_points(sample: Sample) -> Estimates:
+    """Returns whether neighbours among the codes are neighbours among the displacements."""
+    h, p = sample.codes, sample.points
+
+    def take(rows: np.ndarray) -> dict[str, float]:
         near = neighbours.neighbour_error(h[rows], p[rows])
-        sample = {"to_random": near.to_random, "to_floor": near.to_floor}
-        for k in (k for k in NEIGHBOURHOODS if 2 * k < len(rows)):
-            sample[f"trustworthiness {k}"] = neighbours.trustworthiness(h[rows], p[rows], k=k)
-            sample[f"continuity {k}"] = neighbours.continuity(h[rows], p[rows], k=k)
-        samples.append(sample)
-    found = _estimates(samples)
+        sizes = [k for k in NEIGHBOURHOODS if 2 * k < len(rows)]
+        trust, continuity = neighbours.trustworthiness, neighbours.continuity
+        return (
+            {f"trustworthiness.{k}": trust(h[rows], p[rows], k=k) for k in sizes}
+            | {f"continuity.{k}": continuity(h[rows], p[rows], k=k) for k in sizes}
+            | {"neighbours_to_random": near.to_random, "neighbours_to_floor": near.to_floor}
+        )
 
-    def by_k(name: str) -> dict[int, Estimate]:
-        return {k: found[f"{name} {k}"] for k in NEIGHBOURHOODS if f"{name} {k}" in found}
-
-    return {
-        "trustworthiness": by_k("trustworthiness"),
-        "continuity": by_k("continuity"),
-        "neighbours_to_random": found["to_random"],
-        "neighbours_to_floor": found["to_floor"],
-    }
+    return over_subsets(take, sample.subsets)
 
 
-def _of_probes(h: Points, d: Float[np.ndarray, "N 3"], some: np.ndarray) -> dict[str, Any]:
-    p, (train, test) = displacement_coordinates(d, weight=1.0).points, np.array_split(some, 2)
+def probes(sample: Sample) -> Estimates:
+    """Returns how well displacements are decoded from codes, fitted on half of the points."""
+    h, d = sample.codes, sample.displacements
+    p = displacement_coordinates(d, weight=1.0).points
+    train, test = np.array_split(sample.some, 2)
     decoded, turns = linear_decoder(h[train], p[train])(h[test]), d[test, 2]
     angles = np.arctan2(decoded[:, 3], decoded[:, 2])
     return {
-        "linear_r2": _named(explained(decoded, p[test])),
-        "nonlinear_r2": _named(neighbour_probe(h[train], p[train], h[test], p[test])),
-        "orientation_error": circle.circular_error(angles, turns),
-        "circular_correlation": circle.circular_correlation(angles, turns),
+        **_by_component("linear_r2", explained(decoded, p[test])),
+        **_by_component("nonlinear_r2", neighbour_probe(h[train], p[train], h[test], p[test])),
+        "orientation_error": Estimate(circle.circular_error(angles, turns)),
+        "circular_correlation": Estimate(circle.circular_correlation(angles, turns)),
     }
 
 
-def _named(values: Numbers) -> dict[str, float]:
-    return dict(zip(COMPONENTS, (float(v) for v in values), strict=True))
+def _by_component(key: str, values: Numbers) -> Estimates:
+    """One measure for each component of the displacement, and that of the worst."""
+    found = {
+        f"{key}.{name}": Estimate(float(v)) for name, v in zip(COMPONENTS, values, strict=True)
+    }
+    return found | {f"{key}.worst": min(found.values())}
 
 
-def _of_circle(h: Points, d: Float[np.ndarray, "N 3"]) -> dict[str, Any]:
+def closing(sample: Sample) -> Estimates:
+    """Returns whether orientation closes into a circle."""
+    h, d = sample.codes, sample.displacements
     translation = np.hypot(d[:, 0], d[:, 1])
     small = np.argsort(translation)[: max(100, round(SMALL_TRANSLATION * len(h)))]
-    return {
-        "winding_number": circle.winding_number(h, d[:, 2]),
-        "loop_persistence": _with_extra("gudhi", lambda: circle.loop_persistence(h[small])),
-    }
+    winding = {"winding_number": Estimate(circle.winding_number(h, d[:, 2]))}
+    return winding | _with_extra(
+        "gudhi", "loop_persistence", lambda: circle.loop_persistence(h[small])
+    )
+
+
+def dimensions(sample: Sample) -> Estimates:
+    """Returns in how many dimensions the codes lie."""
+    return _with_extra(
+        "skdim",
+        "intrinsic_dimension",
+        lambda: dimension.intrinsic_dimension(sample.codes[sample.some]),
+    )
+
+
+FAMILIES: tuple[Callable[[Sample], Estimates], ...] = (
+    shared_codes,
+    pairs,
+    near_points,
+    probes,
+    closing,
+    dimensions,
+    variance,
+)
+"""All that a report measures, in the order of its table."""
+
+
+def _with_extra(module: str, key: str, take: Callable[[], float]) -> Estimates:
+    """A measure that needs an extra; nothing without it."""
+    return {key: Estimate(take())} if importlib.util.find_spec(module) else {}

@@ -115,7 +115,7 @@ def _measured_in_simulation(run: Run, data: Simulated | Derived, num: int) -> Me
 def _seen(data: Simulated | Derived, drawn: Trajectories, *, key: Key) -> Experience:
     """What the run's network is given: the oracle sees displacements for commands."""
     if isinstance(data, Derived):
-        return derive(data, drawn, key=jax.random.fold_in(key, 1))
+        return derive(data, drawn, key=key)
     return drawn.experience
 
 

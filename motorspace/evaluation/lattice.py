@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from motorspace._types import Count, Flag, Pose
-from motorspace.analysis.collapse import within_to_total_variance
+from motorspace.analysis.equivalence import within_to_total_variance
 from motorspace.analysis.probes import displacement_targets
 from motorspace.analysis.projections import pca
 from motorspace.evaluation.prediction import Metrics
@@ -76,7 +76,9 @@ def lattice_counts(run: Run) -> list[LatticeCount]:
     """
     data = simulated(run.config.data)
     scenario = data.scenario()
-    starts = every_pose(scenario.world)
+    world = scenario.world
+    assert isinstance(world, LatticeWorld), "the caller has made sure"
+    starts = every_pose(world)
     counts = []
     for num_steps in range(data.min_horizon or data.horizon, data.horizon + 1):
         commands = _sequences(num_steps)

@@ -28,7 +28,7 @@ def persistence_error(experience: Experience) -> float:
 
 def mean_error(experience: Experience, mean: Float[Array, " K"]) -> float:
     """Error of always predicting `mean`, the average sensors of other data."""
-    return mean_squared_error(mean, experience.later_sensors)
+    return mean_squared_error(mean[None], experience.later_sensors)
 
 
 def with_skill(errors: Metrics) -> Metrics:

@@ -12,16 +12,18 @@ from motorspace._errors import UserError
 from motorspace._types import Key
 from motorspace.analysis import composition
 from motorspace.analysis.circle import circular_error
-from motorspace.analysis.collapse import equal_rows, equivalence_auc, equivalence_ratio
 from motorspace.analysis.coordinates import displacement_coordinates
+from motorspace.analysis.equivalence import equal_rows, equivalence_auc, equivalence_ratio
+from motorspace.analysis.inputs import CollapsedCodesError
 from motorspace.analysis.probes import linear_decoder
 from motorspace.analysis.standard_form import standard_form
 from motorspace.analysis.topology import Topology, topology
+from motorspace.evaluation.evaluate import evaluate
 from motorspace.evaluation.prediction import Metrics
-from motorspace.training.data import Derived, Logged, simulated
+from motorspace.training.data import Derived, Given, Logged, simulated
 from motorspace.training.run import Run
 from motorspace.training.sources import logged_data
-from motorspace.trajectories.commands import nominal_displacements, random_commands
+from motorspace.trajectories.commands import nominal, random_commands
 from motorspace.trajectories.equivalent import EquivalentSequences, equivalent_sequences
 from motorspace.worlds.agents import AbstractAgent
 
@@ -101,7 +103,7 @@ def run_topology(run: Run, *, seed: int = 0, standard: bool = False) -> Sampled:
         return found
     measured = equivalence(subject, key=jax.random.key(seed))
     whole = {name: measured[name] for name in ("equivalence_ratio", "equivalence_auc")}
-    return found._replace(topology=found.topology.with_values(whole))
+    return found._replace(topology=found.topology.updated(whole))
 
 
 def _on_test_blocks(run: Run, data: Logged | Derived, *, seed: int) -> Sampled:
@@ -135,14 +137,19 @@ def structure(subject: Subject, *, seed: int) -> Metrics:
 
 def measures(subject: Subject, *, seed: int) -> Metrics:
     """The report on the codes of fresh random sequences as numbers by their keys."""
-    return sampled(subject, seed=seed, subsets=1).topology.values()
+    return values(sampled(subject, seed=seed, subsets=1).topology)
+
+
+def values(report: Topology) -> Metrics:
+    """The measures of a report as plain numbers by their keys."""
+    return {key: float(value) for key, value in report.items()}
 
 
 def sampled(subject: Subject, *, seed: int, subsets: int = 5) -> Sampled:
     """The report on the codes of fresh random sequences."""
     key = jax.random.key(MEASURE_SEED - 1 - seed)
     motors = commands(subject, (NUM_SEQUENCES, subject.horizon), key=key)
-    codes, displacements = subject.encode(motors), nominal_displacements(subject.agent, motors)
+    codes, displacements = subject.encode(motors), nominal(subject.agent, motors)
     found = topology(codes, displacements, motors, subsets=subsets, seed=seed)
     return Sampled(codes, displacements, found)
 
@@ -181,7 +188,7 @@ def _equivalent(subject: Subject, *, key: Key) -> EquivalentSequences:
         )
     motors = commands(subject, (NUM_SEQUENCES, horizon), key=key)
     none = np.zeros(len(motors), int)
-    groups = equal_rows(nominal_displacements(agent, motors))
+    groups = equal_rows(nominal(agent, motors))
     return EquivalentSequences(motors, groups, none, none, ())
 
 
@@ -229,7 +236,7 @@ def length_errors(subject: Subject, *, key: Key) -> Metrics:
     encode, agent = subject.encode, subject.agent
     fit_key, test_key = jax.random.split(key)
     motors = commands(subject, (NUM_SEQUENCES, subject.horizon), key=fit_key)
-    points = displacement_coordinates(nominal_displacements(agent, motors), weight=1.0).points
+    points = displacement_coordinates(nominal(agent, motors), weight=1.0).points
     fitted = encode(motors)
     decode = linear_decoder(fitted, points)
     metrics: Metrics = {}
@@ -238,7 +245,7 @@ def length_errors(subject: Subject, *, key: Key) -> Metrics:
         codes = encode(tested)
         if codes.shape[1] != fitted.shape[1]:
             return {}
-        true, decoded = nominal_displacements(agent, tested), decode(codes)
+        true, decoded = nominal(agent, tested), decode(codes)
         off = ((decoded[:, :2] - true[:, :2]) ** 2).sum(axis=1).mean() ** 0.5
         angles = np.arctan2(decoded[:, 3], decoded[:, 2])
         metrics |= {
@@ -270,3 +277,14 @@ def _in_standard_form(run: Run, encode: Encode, agent: AbstractAgent) -> Encode:
         )
     transitions, readouts = (np.asarray(m, np.float64) for m in matrices)
     return lambda motors: standard_form(encode(motors), transitions, readouts)
+
+
+def evaluate_with_structure(run: Run, *, num: int = 100_000, seed: int = 0) -> Metrics:
+    """`evaluate`, and the report on the run's codes where its data allow one."""
+    metrics = dict(evaluate(run, num=num))
+    if isinstance(run.config.data, Given):
+        return metrics
+    try:
+        return metrics | values(run_topology(run, seed=seed).topology)
+    except CollapsedCodesError:
+        return metrics

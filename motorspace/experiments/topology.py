@@ -11,8 +11,9 @@ import numpy as np
 from motorspace._errors import UserError
 from motorspace._types import Key, Record
 from motorspace.analysis import circle
-from motorspace.analysis.coordinates import DeadCodesError, displacement_coordinates
+from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.analysis.errors import prediction_errors
+from motorspace.analysis.inputs import CollapsedCodesError
 from motorspace.analysis.projections import pca
 from motorspace.analysis.standard_form import standard_form
 from motorspace.experiments import paper, references
@@ -332,7 +333,7 @@ def _organisation(run: Run, encode: Encode) -> dict[str, Any]:
     _, agent, _ = simulation.build()
     try:
         found = organisation(encode, agent, horizon=simulation.horizon, seed=seed)
-    except DeadCodesError:
+    except CollapsedCodesError:
         # That a network has died is what its run has shown; the runs beside it go on.
         found = None
     return _unpredicted(run) | {"organisation": found}
@@ -362,14 +363,12 @@ def topology_of(run: Run, *, seed: int, standard: bool = False) -> Sampled:
     _, agent, _ = simulation.build()
     encode = standard_encoder_of(run) if standard else encoder_of(run.encode)
     found = sampled(encode, agent, horizon=simulation.horizon, seed=seed)
-    if found.topology.collapse_ratio is not None:
+    if "equivalence_ratio" in found.topology:
         return found
     key = jax.random.key(seed)
     collapsed = collapse(encode, agent, horizon=simulation.horizon, key=key)
-    told = replace(
-        found.topology, collapse_ratio=collapsed["ratio"], equivalence_auc=collapsed["auc"]
-    )
-    return found._replace(topology=told)
+    added = {"equivalence_ratio": collapsed["ratio"], "equivalence_auc": collapsed["auc"]}
+    return found._replace(topology=found.topology.updated(added))
 
 
 def topology_page(found: Sampled, *, what: str = "codes") -> str:

@@ -20,7 +20,7 @@ def prediction_loss(model: Model, batch: Experience, codes: Codes) -> Scalar:
     mean || s_{t+T} - prediction(s_t, h^m) ||^2 / K (section 3).
     """
     predicted = jax.vmap(model.predict)(batch.sensors, codes)
-    error = (predicted - batch.later_sensors) / jnp.array(model.scaling.sensors)
+    error = (predicted - batch.later_sensors) / jnp.array(model.scaling.sensors)[None]
     return jnp.mean(error**2)
 
 
@@ -32,7 +32,7 @@ def inverse_loss(model: Model, batch: Experience, codes: Codes) -> Scalar:
     """
     if model.inverse is None:
         return jnp.zeros(())
-    scale = jnp.array(model.scaling.sensors)
+    scale = jnp.array(model.scaling.sensors)[None]
     inferred = jax.vmap(model.inverse)(batch.sensors / scale, batch.later_sensors / scale)
     return jnp.mean(jnp.sum((codes - inferred) ** 2, axis=1)) / spread(codes)
 
@@ -68,7 +68,7 @@ def composition_loss(model: Model, batch: Experience, codes: Codes) -> Scalar:
 
 def penalty_loss(model: Model, batch: Experience) -> Scalar:
     """The encoder's own penalty on the batch's commands; see `AbstractMotorEncoder.penalty`."""
-    return model.encoder.penalty(batch.motors / jnp.array(model.scaling.motors))
+    return model.encoder.penalty(batch.motors / jnp.array(model.scaling.motors)[None, None])
 
 
 def noisy(codes: Codes, amount: Scalar, *, key: Key) -> Codes:
@@ -77,7 +77,7 @@ def noisy(codes: Codes, amount: Scalar, *, key: Key) -> Codes:
     No scale of the codes escapes it; only what is spread out widely can still be told apart.
     """
     deviation = jnp.sqrt(jnp.var(codes, axis=0) + 1e-10)
-    return codes + amount * deviation * jax.random.normal(key, codes.shape)
+    return codes + amount * deviation[None] * jax.random.normal(key, codes.shape)
 
 
 def spread(codes: Codes) -> Scalar:
@@ -87,7 +87,7 @@ def spread(codes: Codes) -> Scalar:
     `DISCOUNT`. Relative to the total variance alone, a loss is lowered most by inflating the
     one direction that suits it best.
     """
-    centred = codes - jnp.mean(codes, axis=0)
+    centred = codes - jnp.mean(codes, axis=0, keepdims=True)
     covariance = centred.T @ centred / len(codes)
     total = jnp.trace(covariance) + 1e-5
     return total * (total / jnp.sqrt(jnp.sum(covariance**2) + 1e-10)) ** DISCOUNT

@@ -31,7 +31,7 @@ class Model(eqx.Module):
 
     def encode(self, motors: Motors, num_steps: Count) -> Code:
         """The code h^m of a motor sequence."""
-        return self.encoder(motors / jnp.array(self.scaling.motors), num_steps)
+        return self.encoder(motors / jnp.array(self.scaling.motors)[None], num_steps)
 
     def predict(self, sensors: Sensors, code: Code) -> Sensors:
         """The sensors expected after the sequence behind `code`, raw units."""

@@ -144,13 +144,19 @@ class Logged:
         moved.check_content()
         return moved
 
-    def check_content(self) -> None:
+    def check_content(
+        self, *, remedy: str = "give the original file, or train a new run on this one"
+    ) -> None:
         """Raise `UserError` unless the file is there and still holds what it held."""
-        if file_hash(Path(self.path)) != self.sha256:
+        try:
+            content = file_hash(Path(self.path))
+        except UserError as error:
+            raise UserError(error.what, where=self.path, remedy=remedy) from None
+        if content != self.sha256:
             raise UserError(
                 "this is not the log that the run has learned from (its content differs)",
                 where=self.path,
-                remedy="give the original file, or train a new run on this one",
+                remedy=remedy,
             )
 
     def recording(self) -> "Recording":
@@ -210,9 +216,14 @@ class Given:
 Data = Simulated | Logged | Derived | Given
 
 
+def base_of(data: Data) -> Simulated | Logged | Given:
+    """The data themselves, or those that they are derived from."""
+    return data.base if isinstance(data, Derived) else data
+
+
 def simulated(data: Data) -> Simulated:
     """The simulation behind some data. Raises `UserError` where there is none."""
-    base = data.base if isinstance(data, Derived) else data
+    base = base_of(data)
     if isinstance(base, Simulated):
         return base
     learned = f"the log {base.path}" if isinstance(base, Logged) else base.description
@@ -280,10 +291,14 @@ def _part_from_json(registry: Registry[Any], value: Mapping[str, Any], *, where:
 
 
 def _layout(layout: str | Path) -> str:
-    """The name of a layout, or the content of a layout file."""
-    from motorspace.worlds.layouts import layout_content
+    """The name of a world, or the content of a layout file."""
+    from motorspace.worlds.layouts import layout_names, load_layout, parse_layout, parse_world_name
 
-    return layout_content(layout)
+    if "\n" in str(layout):
+        return parse_layout(str(layout)).text()
+    named = parse_world_name(layout)
+    own_file = named.kind == "layout" and named.argument not in layout_names()
+    return load_layout(layout).text() if own_file else str(layout)
 
 
 def _check_horizon(horizon: int, min_horizon: int | None) -> None:

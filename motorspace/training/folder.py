@@ -61,12 +61,12 @@ def read_description(folder: Path) -> Description:
         version = written["format_version"]
         if version not in (1, FORMAT_VERSION):
             raise ValueError
-        scaling = (tuple(written["scaling"][part]) for part in ("sensors", "motors"))
+        sensors, motors = (tuple(written["scaling"][part]) for part in ("sensors", "motors"))
         if version == 1:
             config = config_of_version_1(written)
         else:
             config = config_from_json(written["config"], where=path)
-        return Description(config, *scaling, written["horizon"])
+        return Description(config, sensors, motors, written["horizon"])
     except (FileNotFoundError, NotADirectoryError):
         raise UserError(
             "there is no run here",
@@ -117,7 +117,7 @@ def claim(folder: Path, run: Description, *, resume: bool) -> None:
 def differences(before: Any, after: Any, name: str = "") -> dict[str, tuple[Any, Any]]:
     """{dotted name: both values} of everything that differs in two nested dictionaries."""
     if isinstance(before, dict) and isinstance(after, dict):
-        found = {}
+        found: dict[str, tuple[Any, Any]] = {}
         for key in sorted(before.keys() | after.keys()):
             below = f"{name}.{key}" if name else key
             found |= differences(before.get(key), after.get(key), below)

@@ -109,19 +109,19 @@ def derive(data: Derived, sampled: Trajectories, *, key: Key) -> Experience:
     reach = float(data.horizon)
     match data.change:
         case "oracle":
-            return derived.with_displacement_as_motors(sampled, reach)
+            return derived.displacement_as_motors(sampled, reach)
         case "shuffled":
             return derived.shuffled(sampled, key=key)
         case "supervised":
             return derived.supervised(sampled)
-    return derived.scaled_rotations(data.scenario().agent, sampled, data.angle)
+    return derived.scaled_rotations(data.scenario().agent, sampled, angle=data.angle)
 
 
 def _derived_from_simulation(config: RunConfig, data: Derived) -> DataSource:
     draw, scaling, reach = simulator(config), simulation_scaling(config), float(data.horizon)
 
     def experience(key: Key, epoch: Count) -> Experience:
-        return derive(data, draw(key, epoch), key=jax.random.fold_in(key, 1))
+        return derive(data, draw(key, epoch), key=key)
 
     match data.change:
         case "oracle" | "scaled_rotations":
@@ -178,7 +178,7 @@ def _derived_from_log(data: Derived) -> DataSource:
 def _oracle_of(data: LoggedData) -> LoggedData:
     reach = float(np.abs(np.asarray(data.train.displacements.achieved[:, :2])).max())
     train, validation, test = (
-        Trajectories(derived.with_displacement_as_motors(part, reach), part.displacements)
+        Trajectories(derived.displacement_as_motors(part, reach), part.displacements)
         for part in (data.train, data.validation, data.test)
     )
     return LoggedData(train, validation, test, Scaling(data.scaling.sensors, (1.0,) * 4))

@@ -4,22 +4,24 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-import equinox as eqx
 import jax
 import numpy as np
-from jaxtyping import Array, Float, Int
-from jaxtyping import Key as KeyArray
+from jaxtyping import Float, Int
 
 from motorspace._errors import UserError
 from motorspace._types import Key
-from motorspace.worlds.agents import AbstractAgent, ForwardAgent, HolonomicAgent
+from motorspace.trajectories.commands import nominal, random_commands
+from motorspace.worlds.agents import AbstractAgent
+from motorspace.worlds.spaces import ContinuousCommands
 
-BodyAgent = ForwardAgent | HolonomicAgent
 Commands = Float[np.ndarray, "G E L M"]
 """For each of G groups E ways of L commands that do the same."""
 
 TURNING = 4
 """Commands over which a rotation is spread that may go around more than once."""
+
+TOLERANCE = 1e-3
+"""Equal displacements differ by less: the rounding of float32, world units and radians."""
 
 
 class EquivalentSequences(NamedTuple):
@@ -37,50 +39,123 @@ class EquivalentSequences(NamedTuple):
 def equivalent_sequences(
     agent: AbstractAgent, *, num_groups: int, members: int = 8, horizon: int, key: Key
 ) -> EquivalentSequences:
-    """`num_groups` groups of each kind that the agent's body and the horizon allow.
+    """Motor sequences in groups that lead to the same displacement, of each kind that fits.
 
     The members of a group share all commands but a few neighbouring ones, which differ in:
 
-    - `split`: how a rotation is shared out among commands without translation,
-    - `permuted`: how a translation is shared out among commands without rotation,
-    - `full turns`: the same, and whole turns that are added to the rotation,
-    - `undone`: a way that is gone and then gone back (a forward agent has to turn round),
+    - `split_rotation`: how a rotation is shared out among commands without translation,
+    - `split_translation`: how a translation is shared out among commands without rotation,
+    - `full_turns`: how a rotation is shared out, and whole turns that are added to it,
+    - `undone`: a way that is gone and then gone back (an agent that cannot move backwards has to
+      turn round),
     - `head`: how an orientation is shared out between body and head, and where the head pointed
-      in between (holonomic agent with `head_rule="set"`).
+      in between (where commands set the head).
 
-    Raises `UserError` for an agent of another body, and when no kind fits into the horizon.
+    A kind is left out where the horizon is too short, the agent has no channels for it, or its
+    body does something else with them than to turn first and to translate then.
+
+    Args:
+        agent: The agent whose commands they are.
+        num_groups: Groups of each kind.
+        members: Sequences of each group.
+        horizon: Commands of each sequence.
+        key: Source of randomness.
+
+    Returns:
+        N = kinds x groups x members sequences.
+
+    Raises:
+        UserError: For an agent whose commands do not say which channels turn it, and when no kind
+            fits into the horizon.
     """
-    if not isinstance(agent, ForwardAgent | HolonomicAgent):
-        raise UserError(
-            f"equivalent sequences of a {type(agent).__name__} are not constructed",
-            remedy="group its sequences by their displacements",
-        )
     draw_key, rng_key = jax.random.split(key)
-    rng = np.random.default_rng(np.asarray(jax.random.key_data(rng_key)))
+    body = _Body(_turning_commands(agent), np.random.default_rng(np.asarray(jax.random.key_data(rng_key))))
     size = (num_groups, members)
-    made = {name: block(agent, rng, size, horizon) for name, block in BLOCKS.items()}
+    made = {name: block(body, size, horizon) for name, block in BLOCKS.items()}
     found = {n: b for n, b in made.items() if b is not None and b.commands.shape[2] <= horizon}
-    if not found:
+    sequences = {}
+    for name, key in zip(found, jax.random.split(draw_key, max(len(found), 1)), strict=False):
+        keys = jax.random.split(key, (num_groups, horizon))
+        context = np.array(random_commands(agent, keys), np.float64)
+        sequences[name] = _placed(found[name].commands, context, body.rng, last=name == "head")
+    sequences = {n: s for n, s in sequences.items() if _equivalent(agent, s)}
+    if not sequences:
         raise UserError(
             f"no two sequences of {horizon} commands are known to lead to the same place",
             remedy="ask for a longer horizon",
         )
-    sequences, turns = [], []
-    for name, key in zip(found, jax.random.split(draw_key, len(found)), strict=True):
-        block = found[name]
-        context = np.array(
-            explored(agent, jax.random.split(key, (num_groups, horizon))), np.float64
-        )
-        sequences.append(_placed(block.commands, context, rng, last=name == "head"))
-        turns.append(block.full_turns)
     each = num_groups * members
     return EquivalentSequences(
-        np.concatenate(sequences).reshape(len(found) * each, horizon, -1),
-        np.repeat(np.arange(len(found) * num_groups), members),
-        np.repeat(np.arange(len(found)), each),
-        np.concatenate(turns).ravel(),
-        tuple(found),
+        np.concatenate(list(sequences.values())).reshape(len(sequences) * each, horizon, -1),
+        np.repeat(np.arange(len(sequences) * num_groups), members),
+        np.repeat(np.arange(len(sequences)), each),
+        np.concatenate([found[name].full_turns for name in sequences]).ravel(),
+        tuple(sequences),
     )
+
+
+def _turning_commands(agent: AbstractAgent) -> ContinuousCommands:
+    """The agent's commands, if they turn its body to both sides alike."""
+    commands = agent.commands
+    if not isinstance(commands, ContinuousCommands) or not commands.turning:
+        raise UserError(
+            f"the commands of a {type(agent).__name__} do not say which channels turn it",
+            remedy="group its sequences by their displacements",
+        )
+    turn = commands.turning[0]
+    if commands.low[turn] != -commands.high[turn]:
+        raise UserError(
+            f"a {type(agent).__name__} does not turn to both sides alike",
+            remedy="group its sequences by their displacements",
+        )
+    return commands
+
+
+def _equivalent(agent: AbstractAgent, sequences: Float[np.ndarray, "G E T M"]) -> bool:
+    """Whether the members of every group reach the same pose."""
+    groups, members = sequences.shape[:2]
+    moved = nominal(agent, sequences.reshape(groups * members, *sequences.shape[2:]))
+    x, y, turn = moved.T.reshape(3, groups, members)
+    reached = np.stack([x, y, np.cos(turn), np.sin(turn)])
+    return bool(np.abs(reached - reached[..., :1]).max() < TOLERANCE)
+
+
+class _Body(NamedTuple):
+    """What the constructions ask of an agent, and their source of randomness."""
+
+    commands: ContinuousCommands
+    rng: np.random.Generator
+
+    @property
+    def turn(self) -> int:
+        return self.commands.turning[0]
+
+    @property
+    def reach(self) -> float:
+        """The largest rotation of one command, radians."""
+        return self.commands.high[self.turn]
+
+    @property
+    def beside(self) -> list[int]:
+        """The channels that do not turn the body."""
+        return [c for c in range(self.commands.size) if c not in self.commands.turning]
+
+    def limits(self, channel: int) -> tuple[float, float]:
+        return self.commands.low[channel], self.commands.high[channel]
+
+    def random(self, shape: tuple[int, ...], channels: list[int]) -> np.ndarray:
+        """Uniform values [*shape, channels] of some channels."""
+        share = np.zeros((*shape, self.commands.size))
+        share[..., channels] = self.rng.random((*shape, len(channels)))
+        spread: np.ndarray = self.commands.spread(np.moveaxis(share, -1, 0))
+        return np.moveaxis(spread, 0, -1)[..., channels]
+
+    def still(self, size: "_Size", length: int) -> Commands:
+        """Commands that neither turn nor move; what else they do all members of a group share."""
+        commands = np.zeros((*size, length, self.commands.size))
+        others = [c for c in self.beside if c not in self.commands.translating]
+        commands[..., others] = self.random((size[0], 1, length), others)
+        return commands
 
 
 class _Block(NamedTuple):
@@ -89,132 +164,121 @@ class _Block(NamedTuple):
 
 
 _Size = tuple[int, int]
-_Maker = Callable[[BodyAgent, np.random.Generator, _Size, int], _Block | None]
+_Maker = Callable[[_Body, _Size, int], _Block | None]
 
 
-def _split(agent: BodyAgent, rng: np.random.Generator, size: _Size, horizon: int) -> _Block:
+def _split_rotation(body: _Body, size: _Size, horizon: int) -> _Block:
     length = min(3, horizon)
-    total = _angles(rng, size) * min(1.0, length * agent.max_rotation / math.pi)
+    total = _angles(body, size) * min(1.0, length * body.reach / math.pi)
     total = np.broadcast_to(total, size)
-    commands = _still(agent, rng, size, length)
-    commands[..., 0] = _shares(rng, total, length, -agent.max_rotation, agent.max_rotation)
-    commands[:, :, -1, 1:] = _random_moves(agent, rng, size)
+    commands = body.still(size, length)
+    commands[..., body.turn] = _shares(body, total, length, *body.limits(body.turn))
+    commands[:, :, -1, body.beside] = body.random((size[0], 1), body.beside)
     return _Block(commands, np.zeros(size, int))
 
 
-def _permuted(agent: BodyAgent, rng: np.random.Generator, size: _Size, horizon: int) -> _Block:
+def _split_translation(body: _Body, size: _Size, horizon: int) -> _Block | None:
+    if not body.commands.translating:
+        return None
     length = min(3, horizon)
-    commands = _still(agent, rng, size, length)
-    commands[:, :, 0, 0] = rng.uniform(-1, 1, (size[0], 1)) * agent.max_rotation
-    for channel, lowest in _translations(agent):
-        total = np.broadcast_to(rng.uniform(lowest, 1.0, (size[0], 1)) * length, size)
-        commands[..., channel] = _shares(rng, total, length, lowest, 1.0)
+    commands = body.still(size, length)
+    commands[:, :, 0, [body.turn]] = body.random((size[0], 1), [body.turn])
+    for channel in body.commands.translating:
+        low, high = body.limits(channel)
+        total = np.broadcast_to(body.rng.uniform(low, high, (size[0], 1)) * length, size)
+        commands[..., channel] = _shares(body, total, length, low, high)
     return _Block(commands, np.zeros(size, int))
 
 
-def _full_turns(
-    agent: BodyAgent, rng: np.random.Generator, size: _Size, horizon: int
-) -> _Block | None:
+def _full_turns(body: _Body, size: _Size, horizon: int) -> _Block | None:
     length = min(TURNING, horizon)
-    reach = length * agent.max_rotation
-    total = _angles(rng, size)
+    total = _angles(body, size)
     possible = np.arange(-length, length + 1)
-    allowed = np.abs(total + 2 * math.pi * possible) <= reach
+    allowed = np.abs(total + 2 * math.pi * possible) <= length * body.reach
     several = allowed.sum(axis=1) > 1
     if not several.any():
         return None
     # Groups whose rotation can be reached in one way only are replaced by ones that have more.
     kept = np.resize(np.flatnonzero(several), size[0])
     total, allowed = total[kept], allowed[kept]
-    chosen = (rng.random((*size, len(possible))) * allowed[:, None]).argmax(axis=-1)
+    chosen = (body.rng.random((*size, len(possible))) * allowed[:, None]).argmax(axis=-1)
     turns = possible[chosen]
-    commands = _still(agent, rng, size, length)
+    commands = body.still(size, length)
     around = total + 2 * math.pi * turns
-    commands[..., 0] = _shares(rng, around, length, -agent.max_rotation, agent.max_rotation)
-    commands[:, :, -1, 1:] = _random_moves(agent, rng, size)
+    commands[..., body.turn] = _shares(body, around, length, *body.limits(body.turn))
+    commands[:, :, -1, body.beside] = body.random((size[0], 1), body.beside)
     fewest = np.abs(total + 2 * math.pi * possible).argmin(axis=1)
     return _Block(commands, turns - possible[fewest][:, None])
 
 
-def _undone(agent: BodyAgent, rng: np.random.Generator, size: _Size, horizon: int) -> _Block | None:
-    if isinstance(agent, HolonomicAgent):
-        commands = _still(agent, rng, size, 3)
-        commands[:, :, 0, 0] = rng.uniform(-1, 1, (size[0], 1)) * agent.max_rotation
-        there = rng.uniform(-1, 1, (*size, 2))
-        commands[:, :, 1, 1:3], commands[:, :, 2, 1:3] = there, -there
-        return _Block(commands, np.zeros(size, int))
-    half = math.ceil(math.pi / agent.max_rotation - 1e-9)
-    length = 1 + 2 * half
-    if length > horizon:
+def _undone(body: _Body, size: _Size, horizon: int) -> _Block | None:
+    moves = list(body.commands.translating)
+    if not moves:
         return None
-    limits = -agent.max_rotation, agent.max_rotation
-    total, aside = _angles(rng, size), rng.uniform(*limits, size)
-    commands = _still(agent, rng, size, length)
-    commands[:, :, 0, 0] = aside
-    # Ahead, half a turn, as far back.
-    commands[:, :, [0, half], 1] = rng.random((*size, 1))
-    commands[:, :, 1 : 1 + half, 0] = _shares(rng, np.full(size, math.pi), half, *limits)
-    back = (total - aside + 2 * math.pi) % (2 * math.pi) - math.pi
-    commands[:, :, 1 + half :, 0] = _shares(rng, back, half, *limits)
+    if any(low != -high for low, high in map(body.limits, moves)):
+        return _undone_by_turning_round(body, size, horizon)
+    commands = body.still(size, 3)
+    commands[:, :, 0, [body.turn]] = body.random((size[0], 1), [body.turn])
+    there = body.random(size, moves)
+    commands[:, :, 1, moves], commands[:, :, 2, moves] = there, -there
     return _Block(commands, np.zeros(size, int))
 
 
-def _head(agent: BodyAgent, rng: np.random.Generator, size: _Size, horizon: int) -> _Block | None:
-    if not isinstance(agent, HolonomicAgent) or agent.head_rule != "set" or horizon < 2:
+def _undone_by_turning_round(body: _Body, size: _Size, horizon: int) -> _Block | None:
+    half = math.ceil(math.pi / body.reach - 1e-9)
+    length = 1 + 2 * half
+    if length > horizon:
         return None
-    commands = _still(agent, rng, size, 2)
-    commands[:, :, 0] = rng.uniform(-1, 1, (size[0], 1, 4)) * agent.motor_scale
-    commands[:, :, 0, 3] = rng.uniform(-1, 1, size) * agent.motor_scale[3]
-    bound = min(agent.max_rotation, agent.motor_scale[3])
-    total = np.broadcast_to(rng.uniform(-1, 1, (size[0], 1)) * bound, size)
-    commands[:, :, 1, [0, 3]] = _shares(rng, total, 2, -bound, bound)
+    limits, move = body.limits(body.turn), body.commands.translating[0]
+    total, aside = _angles(body, size), body.rng.uniform(*limits, size)
+    commands = body.still(size, length)
+    commands[:, :, 0, body.turn] = aside
+    # Ahead, half a turn, as far back.
+    commands[:, :, [0, half], move] = body.random(size, [move])
+    turning = commands[..., body.turn]
+    turning[:, :, 1 : 1 + half] = _shares(body, np.full(size, math.pi), half, *limits)
+    back = (total - aside + 2 * math.pi) % (2 * math.pi) - math.pi
+    turning[:, :, 1 + half :] = _shares(body, back, half, *limits)
+    return _Block(commands, np.zeros(size, int))
+
+
+def _head(body: _Body, size: _Size, horizon: int) -> _Block | None:
+    if not body.commands.looking or horizon < 2:
+        return None
+    look = body.commands.looking[0]
+    commands = body.still(size, 2)
+    everything = list(range(body.commands.size))
+    commands[:, :, 0] = body.random((size[0], 1), everything)
+    commands[:, :, 0, [look]] = body.random(size, [look])
+    bound = min(body.reach, body.commands.high[look])
+    total = np.broadcast_to(body.rng.uniform(-1, 1, (size[0], 1)) * bound, size)
+    commands[:, :, 1, [body.turn, look]] = _shares(body, total, 2, -bound, bound)
     return _Block(commands, np.zeros(size, int))
 
 
 BLOCKS: dict[str, _Maker] = {
-    "split": _split,
-    "permuted": _permuted,
-    "full turns": _full_turns,
+    "split_rotation": _split_rotation,
+    "split_translation": _split_translation,
+    "full_turns": _full_turns,
     "undone": _undone,
     "head": _head,
 }
 
 
-def _angles(rng: np.random.Generator, size: _Size) -> Float[np.ndarray, "G 1"]:
+def _angles(body: _Body, size: _Size) -> Float[np.ndarray, "G 1"]:
     """A rotation for each group, radians."""
-    return rng.uniform(-math.pi, math.pi, (size[0], 1))
-
-
-def _still(agent: BodyAgent, rng: np.random.Generator, size: _Size, length: int) -> Commands:
-    """Commands that move nothing but a head, which all members of a group move alike."""
-    commands = np.zeros((*size, length, len(agent.motor_scale)))
-    if isinstance(agent, HolonomicAgent):
-        head = rng.uniform(-1, 1, (size[0], 1, length)) * agent.motor_scale[3]
-        commands[..., 3] = head
-    return commands
-
-
-def _translations(agent: BodyAgent) -> tuple[tuple[int, float], ...]:
-    """The channels that translate, and the least that each can be told."""
-    return ((1, 0.0),) if isinstance(agent, ForwardAgent) else ((1, -1.0), (2, -1.0))
-
-
-def _random_moves(agent: BodyAgent, rng: np.random.Generator, size: _Size) -> np.ndarray:
-    """What one command of each group does beside turning the body, the same for all members."""
-    if isinstance(agent, ForwardAgent):
-        return rng.random((size[0], 1, 1))
-    return rng.uniform(-1, 1, (size[0], 1, 3)) * agent.motor_scale[1:]
+    return body.rng.uniform(-math.pi, math.pi, (size[0], 1))
 
 
 def _shares(
-    rng: np.random.Generator, total: np.ndarray, count: int, low: float, high: float
+    body: _Body, total: np.ndarray, count: int, low: float, high: float
 ) -> np.ndarray:
     """Random numbers from `low` to `high`, `count` of them for each `total` that they add up to.
 
     Equal shares and a deviation from them, scaled down where it would leave the limits.
     """
     equal = (total / count)[..., None]
-    deviation = rng.uniform(low, high, (*total.shape, count))
+    deviation = body.rng.uniform(low, high, (*total.shape, count))
     deviation -= deviation.mean(axis=-1, keepdims=True)
     room = np.where(deviation > 0, high - equal, equal - low) / np.maximum(np.abs(deviation), 1e-9)
     return np.asarray(equal + deviation * np.minimum(1.0, room.min(axis=-1, keepdims=True)))
@@ -231,9 +295,3 @@ def _placed(
     for group, offset in enumerate(offsets):
         sequences[group, :, offset : offset + length] = blocks[group]
     return sequences
-
-
-@eqx.filter_jit
-def explored(agent: AbstractAgent, keys: KeyArray[Array, "N T"]) -> Float[Array, "N T M"]:
-    """Commands as the agent explores with, walls aside: one for each key."""
-    return jax.vmap(jax.vmap(lambda key: agent.draw(key=key)))(keys)

@@ -1,8 +1,8 @@
-"""Draw trajectories from a world: same key, same trajectories."""
+"""Trajectories sampled in a scenario: same key, same trajectories."""
 
 import os
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -12,13 +12,12 @@ from jaxtyping import Key as KeyArray
 
 from motorspace._errors import UserError
 from motorspace._types import Collision, Count, Key, Keys
+from motorspace.se2 import relative
 from motorspace.trajectories.transitions import Displacements, Experience, Trajectories
-from motorspace.worlds.agents import AbstractAgent
-from motorspace.worlds.exploration import explore
-from motorspace.worlds.geometry import relative
-from motorspace.worlds.sensors import AbstractSensor
-from motorspace.worlds.simulation import nominal_displacement
-from motorspace.worlds.world import AbstractWorld
+from motorspace.worlds.checks import one_of, whole
+from motorspace.worlds.exploration import Policy, explore
+from motorspace.worlds.scenario import Scenario, WorldLike
+from motorspace.worlds.simulation import nominal_displacement, to_rows
 
 CHUNK_SIZE = 8192
 """Trajectories simulated at once: what is needed beside the result stays bounded."""
@@ -28,47 +27,70 @@ COPIES = 2
 
 
 def sample(
-    world: AbstractWorld,
-    agent: AbstractAgent,
-    sensor: AbstractSensor[Any],
+    scenario: Scenario | WorldLike = "paper",
     *,
     num: int,
     horizon: int,
     min_horizon: int | None = None,
     collision: Collision = "resample",
+    policy: Policy | None = None,
     key: Key,
 ) -> Trajectories:
-    """`num` trajectories of `horizon` random commands each, from random free places.
+    """Trajectories of random commands from random free places.
 
-    With `min_horizon` every trajectory draws its length uniformly from `min_horizon` to
-    `horizon`. `collision` says what becomes of a command that a wall forbids: `"resample"`
-    draws another, so that the displacement is a function of the sequence (after 30 refusals
-    in a row the trajectory begins anew elsewhere); `"block"` logs it and discards its
-    translation. Trajectory i depends on `key` and i alone.
+    Trajectory i depends on `key` and i alone.
 
-    Raises `UserError` for sizes below one, and, before anything is allocated, for a number of
-    trajectories that does not fit into the machine's memory.
+    Args:
+        scenario: Where to sample; a world, layout, file or name stands for `Scenario(world)`.
+        num: How many trajectories.
+        horizon: Commands of each trajectory.
+        min_horizon: Shortest trajectory, when lengths are uniform from `min_horizon` to `horizon`.
+        collision: What becomes of a command that a wall forbids. `"resample"` tries another, so
+            that the displacement is a function of the sequence (after 30 refusals in a row the
+            trajectory begins anew elsewhere); `"block"` logs it and discards its translation.
+        policy: Commands as a function of a key; uniform in the agent's command space by default.
+        key: Source of randomness.
+
+    Returns:
+        `num` transitions with their displacements.
+
+    Raises:
+        UserError: For sizes below 1, and, before anything is allocated, for more trajectories than
+            fit into the machine's memory.
     """
-    shortest = horizon if min_horizon is None else min_horizon
-    if num < 1 or shortest < 1 or horizon < shortest:
-        raise UserError(
-            f"cannot sample {num} trajectories of {shortest} to {horizon} steps",
-            remedy="ask for at least one trajectory of at least one step",
-        )
-    sizes = horizon, len(agent.motor_scale), len(sensor.scale(world))
+    if not isinstance(scenario, Scenario):
+        scenario = Scenario(scenario)
+    shortest = check_sizes(num, horizon, min_horizon)
+    one_of("collision", collision, ("resample", "block"))
+    sizes = horizon, scenario.commands.size, scenario.space.size
     _refuse_what_does_not_fit(num, bytes_per_trajectory(*sizes))
-    plan = SamplingPlan(min(num, CHUNK_SIZE), horizon, collision)
-    lengths = jnp.array(shortest), jnp.array(horizon)
+    plan = SamplingPlan(min(num, CHUNK_SIZE), horizon, collision, policy)
+    lengths = jnp.array(shortest, jnp.int32), jnp.array(horizon, jnp.int32)
     if num <= CHUNK_SIZE:
-        return simulate(world, agent, sensor, plan, lengths, key=key)
+        return simulate(scenario, plan, lengths, key=key)
 
     def run(keys: Keys) -> Trajectories:
-        return jax.block_until_ready(_each(world, agent, sensor, plan, lengths, keys))
+        return jax.block_until_ready(_each(scenario, plan, lengths, keys))
 
     # A thread per core: within one chunk the compiler finds too little to share out.
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         drawn = list(pool.map(run, _chunks(jax.random.split(key, num))))
     return jax.tree.map(lambda *leaves: jnp.concatenate(leaves)[:num], *drawn)
+
+
+def check_sizes(num: int, horizon: int, min_horizon: int | None) -> int:
+    """The shortest trajectory's length. Raises `UserError` for sizes that cannot be sampled."""
+    whole("num", num)
+    whole("horizon", horizon)
+    if min_horizon is None:
+        return horizon
+    whole("min_horizon", min_horizon)
+    if min_horizon > horizon:
+        raise UserError(
+            f"min_horizon {min_horizon} is above horizon {horizon}",
+            remedy="give a min_horizon from 1 to horizon",
+        )
+    return min_horizon
 
 
 def bytes_per_trajectory(horizon: int, motor_size: int, sensor_size: int) -> int:
@@ -91,14 +113,13 @@ class SamplingPlan(NamedTuple):
 
     num: int
     horizon: int
-    collision: Collision
+    collision: Collision = "resample"
+    policy: Policy | None = None
 
 
 @eqx.filter_jit
 def simulate(
-    world: AbstractWorld,
-    agent: AbstractAgent,
-    sensor: AbstractSensor[Any],
+    scenario: Scenario,
     plan: SamplingPlan,
     lengths: tuple[Count, Count],
     *,
@@ -107,7 +128,7 @@ def simulate(
     """What `sample` returns, compiled; the shortest and longest length may be traced."""
 
     def run(keys: Keys) -> Trajectories:
-        return _each(world, agent, sensor, plan, lengths, keys)
+        return _each(scenario, plan, lengths, keys)
 
     keys = jax.random.split(key, plan.num)
     if plan.num <= CHUNK_SIZE:
@@ -123,26 +144,31 @@ def _chunks(keys: KeyArray[Array, " N"]) -> KeyArray[Array, "J C"]:
 
 @eqx.filter_jit
 def _each(
-    world: AbstractWorld,
-    agent: AbstractAgent,
-    sensor: AbstractSensor[Any],
+    scenario: Scenario,
     plan: SamplingPlan,
     lengths: tuple[Count, Count],
     keys: Keys,
 ) -> Trajectories:
     """One trajectory for each key."""
     steps_keys, keys = jnp.moveaxis(jax.vmap(jax.random.split)(keys), 1, 0)
-    share = jax.vmap(jax.random.uniform)(steps_keys)
-    num_steps = lengths[0] + jnp.floor(share * (lengths[1] - lengths[0] + 1)).astype(int)
+    share = jax.vmap(lambda key: jax.random.uniform(key, (), jnp.float32))(steps_keys)
+    spread = (lengths[1] - lengths[0] + 1).astype(jnp.float32)
+    num_steps = lengths[0] + jnp.floor(share * spread).astype(jnp.int32)
     done = explore(
-        world, agent, num_steps, horizon=plan.horizon, collision=plan.collision, keys=keys
+        scenario.world,
+        scenario.agent,
+        num_steps,
+        horizon=plan.horizon,
+        collision=plan.collision,
+        keys=keys,
+        policy=plan.policy,
     )
-    nominal = nominal_displacement(agent, done.start, done.motors, done.steps_done)
-    achieved = relative(done.start, done.pose)
+    nominal = nominal_displacement(scenario.agent, done.start, done.motors, done.steps_done)
+    achieved = relative(done.start.frame, done.pose.frame)
     experience = Experience(
-        sensors=sensor.sense(world, done.start).T,
-        motors=jnp.moveaxis(done.motors, -1, 0),
+        sensors=to_rows(scenario.sense(done.start)),
+        motors=to_rows(done.motors),
         num_steps=done.steps_done,
-        later_sensors=sensor.sense(world, done.pose).T,
+        later_sensors=to_rows(scenario.sense(done.pose)),
     )
-    return Trajectories(experience, Displacements(nominal.T, achieved.T))
+    return Trajectories(experience, Displacements(to_rows(nominal), to_rows(achieved)))

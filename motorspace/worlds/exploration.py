@@ -1,13 +1,13 @@
-"""Free exploration: agents draw commands until each has executed as many as it was asked to."""
+"""Free exploration: agents try random commands until each has executed as many as it should."""
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
-from motorspace._types import Collision, Count, Flags, Key, Keys, Pose
+from motorspace._types import Collision, Count, Flags, Key, Keys, Motor, Pose
 from motorspace.worlds.agents import AbstractAgent
 from motorspace.worlds.simulation import select, step
 from motorspace.worlds.world import AbstractWorld
@@ -21,14 +21,22 @@ MAX_ATTEMPTS = 256
 
 STAGES = ((1, 1), (8, 2), (64, 8))
 """Agents keep step while more than 1 in 8 of them is under way, then those late ones among
-themselves while more than 1 in 64 is, and so on: (one in how many, commands drawn at once)."""
+themselves while more than 1 in 64 is, and so on: (one in how many, commands tried at once)."""
 
 FEWEST = 16
 """A stage of fewer agents than this is not worth its compilation."""
 
 
+@runtime_checkable
+class Policy(Protocol):
+    """What an agent explores with: one command for each key; walls may refuse it."""
+
+    def __call__(self, *, key: Key) -> Motor:
+        """The command [M] for this key."""
+
+
 class Exploration(NamedTuple):
-    """N agents on their way through motor sequences that they draw themselves."""
+    """N agents on their way through motor sequences of their own."""
 
     start: Pose
     """Where the sequence began."""
@@ -41,7 +49,7 @@ class Exploration(NamedTuple):
     refusals: Int[Array, " N"]
     """Commands refused in a row; `MAX_REFUSALS` as well where nobody can stand."""
     proposals: Int[Array, " N"]
-    """Commands drawn: number p of an agent depends on its key and p alone."""
+    """Commands tried: number p of an agent depends on its key and p alone."""
 
 
 class Assignment(NamedTuple):
@@ -60,27 +68,28 @@ def explore(
     horizon: int,
     collision: Collision,
     keys: Keys,
+    policy: Policy | None = None,
 ) -> Exploration:
-    """Agents that have drawn and executed `num_steps` commands each, at most `horizon`.
+    """Agents that have executed `num_steps` commands each, at most `horizon`.
 
-    One whose commands the walls refuse too often in a row begins anew elsewhere. With `"block"`
+    The commands come from `policy`, by default uniformly from the agent's command space. One whose commands the walls refuse too often in a row begins anew elsewhere. With `"block"`
     nothing is refused. Agents that walls hold up do not hold up the others (`STAGES`), and
     nobody's trajectory depends on who else is there.
     """
     start_keys, motor_keys = jnp.moveaxis(jax.vmap(jax.random.split)(keys), 1, 0)
     zero = jnp.zeros((len(keys),), jnp.int32)
-    nowhere = Pose(*jnp.zeros((4, len(keys))))
+    nowhere = Pose(*jnp.zeros((4, len(keys)), jnp.float32))
     unborn = Exploration(
         start=nowhere,
         attempt=zero - 1,
         pose=nowhere,
-        motors=jnp.zeros((horizon, len(agent.motor_scale), len(keys))),
+        motors=jnp.zeros((horizon, agent.commands.size, len(keys)), jnp.float32),
         steps_done=zero,
         refusals=zero + MAX_REFUSALS,
         proposals=zero,
     )
-    asked = Assignment(num_steps, start_keys, motor_keys)
-    explorers = Explorers(world, agent, collision)
+    asked = Assignment(num_steps.astype(jnp.int32), start_keys, motor_keys)
+    explorers = Explorers(world, agent, agent.commands.sample if policy is None else policy, collision)
     worth = [s for s in STAGES[1:] if len(keys) >= FEWEST * s[0] and collision == "resample"]
     stages = (STAGES[0], *worth)
     return _finish(explorers, asked, _begin_anew(explorers, asked, unborn), stages)
@@ -91,6 +100,7 @@ class Explorers(eqx.Module):
 
     world: AbstractWorld
     agent: AbstractAgent
+    policy: Policy
     collision: Collision = eqx.field(static=True)
 
 
@@ -140,7 +150,7 @@ def _begin_anew(explorers: Explorers, asked: Assignment, now: Exploration) -> Ex
 
     def start(key: Key, attempt: Count) -> Pose:
         place_key, head_key = jax.random.split(jax.random.fold_in(key, attempt))
-        return explorers.agent.start(explorers.world.draw(key=place_key), key=head_key)
+        return explorers.agent.start(explorers.world.random_pose(key=place_key), key=head_key)
 
     attempt = now.attempt + 1
     pose = jax.vmap(start)(asked.start_keys, attempt)
@@ -154,13 +164,13 @@ def _begin_anew(explorers: Explorers, asked: Assignment, now: Exploration) -> Ex
 def _propose(
     explorers: Explorers, asked: Assignment, now: Exploration, *, at_once: int
 ) -> Exploration:
-    """Agents under way draw up to `at_once` commands each and execute the first possible one."""
+    """Agents under way try up to `at_once` commands each and execute the first possible one."""
     tried = jnp.arange(at_once)[:, None]
     keys = jax.vmap(jax.vmap(jax.random.fold_in), (None, 0))(
         asked.motor_keys, now.proposals + tried
     )
-    draw = jax.vmap(jax.vmap(lambda key: explorers.agent.draw(key=key), out_axes=-1), out_axes=1)
-    motors = draw(keys)
+    each = jax.vmap(jax.vmap(lambda key: explorers.policy(key=key), out_axes=-1), out_axes=1)
+    motors = each(keys)
     here = jax.tree.map(lambda field: jnp.broadcast_to(field, keys.shape), now.pose)
     after, blocked = step(explorers.world, explorers.agent, here, motors)
     possible = ~blocked if explorers.collision == "resample" else jnp.ones_like(blocked)

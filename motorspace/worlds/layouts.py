@@ -1,4 +1,4 @@
-"""Named layouts, layout files and random rooms: descriptions of walls, validated.
+"""Layouts: descriptions of walls, by name or from a file. Reading one needs no JAX.
 
 A layout file is plain text, one statement a line, world units; `#` starts a comment:
 
@@ -10,40 +10,80 @@ solid   8 8  10 8  10 10  8 10       # a closed polygon in whose inside nothing 
 ```
 """
 
-import math
-from collections.abc import Iterator
+import os
 from dataclasses import dataclass
-from importlib import resources
+from difflib import get_close_matches
 from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING, Literal
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 from motorspace._errors import UserError
-from motorspace._types import Pose
-from motorspace.worlds.tiles import tiled
-from motorspace.worlds.world import WalledWorld
+from motorspace.worlds.layout_text import read_statements
+from motorspace.worlds.validation import Bounds, Point, Polyline, check_layout, numbers
 
-Point = tuple[float, float]
+if TYPE_CHECKING:
+    from motorspace.worlds.world import WalledWorld
+
 Segment = tuple[Point, Point]
 
-STATEMENTS = ("title", "bounds", "wall", "solid")
-MIN_FREE_SHARE = 0.05
+BUNDLED = Path(__file__).parent / "layouts"
 
 INDEXED_FROM = 100
 """Walls from which on looking up those around a place is faster than visiting all."""
 
+NEAR = 1024.0
+"""Coordinates up to here are kept as they are: float32 resolves a ten thousandth of a unit."""
+
+LARGEST_SEED = 2**32 - 1
+
+LARGEST_SIDE = 1000
+"""Nodes along a lattice; there is one sensor for each node."""
+
 
 @dataclass(frozen=True)
 class Layout:
-    """A description of a walled world. World units."""
+    """A description of a walled world, in the coordinates of its file, world units.
+
+    Args:
+        title: One line of text.
+        bounds: x low, y low, x high, y high; the outer walls run along them.
+        walls: Points of each polyline, two or more.
+        solids: Corners of each closed polygon in whose inside nothing stands.
+
+    Raises:
+        UserError: For a title that contains the sign of a comment.
+
+    >>> Layout("A wall", (0.0, 0.0, 8.0, 8.0), (((4.0, 0.0), (4.0, 5.0)),)).origin
+    (0.0, 0.0)
+    """
 
     title: str
-    bounds: tuple[float, float, float, float]
-    walls: tuple[tuple[Point, ...], ...] = ()
-    solids: tuple[tuple[Point, ...], ...] = ()
+    bounds: Bounds
+    walls: tuple[Polyline, ...] = ()
+    solids: tuple[Polyline, ...] = ()
+
+    def __post_init__(self) -> None:
+        if "#" in self.title:
+            raise UserError(
+                "a title cannot contain '#', which starts a comment",
+                where=f"layout {self.title!r}",
+                remedy="leave it out",
+            )
+        object.__setattr__(self, "title", " ".join(self.title.split()))
+
+    @property
+    def origin(self) -> Point:
+        """What to add to a position in `world()` for the coordinates of the layout.
+
+        (0, 0) unless the layout is so far from it that float32 would lose precision: then a
+        whole number near the middle of the bounds.
+        """
+        if max(map(abs, self.bounds)) <= NEAR:
+            return 0.0, 0.0
+        x_low, y_low, x_high, y_high = self.bounds
+        return float(round((x_low + x_high) / 2)), float(round((y_low + y_high) / 2))
 
     def segments(self) -> tuple[list[Segment], list[Segment]]:
         """All wall segments, the outer ones included, and those of the solids alone."""
@@ -53,206 +93,178 @@ class Layout:
         inner = [s for line in self.walls for s in pairwise(line)]
         return [*_closed(outer), *inner, *solids], solids
 
-    def world(self) -> WalledWorld:
-        """The world with these walls."""
-        segments, solid = self.segments()
-        walls, solids = jnp.asarray(segments, float), jnp.asarray(solid, float).reshape(-1, 2, 2)
-        tiles = tiled(np.asarray(segments), self.bounds) if len(segments) >= INDEXED_FROM else None
-        return WalledWorld(walls, solids, self.bounds, tiles)
+    def world(self) -> "WalledWorld":
+        """The world with these walls, relative to `origin`, in float32.
+
+        Raises:
+            UserError: For walls, solids or bounds of which no world can be made.
+        """
+        import jax.numpy as jnp
+
+        from motorspace.worlds.tiles import tiled
+        from motorspace.worlds.world import WalledWorld
+
+        check_layout(self.bounds, self.walls, self.solids, self._place)
+        walls, solids = (np.reshape(s, (-1, 2, 2)) - self.origin for s in self.segments())
+        x_low, y_low, x_high, y_high = np.subtract(self.bounds, 2 * self.origin).tolist()
+        bounds = (x_low, y_low, x_high, y_high)
+        tiles = tiled(walls, bounds) if len(walls) >= INDEXED_FROM else None
+        return WalledWorld(
+            jnp.asarray(walls, jnp.float32), jnp.asarray(solids, jnp.float32), bounds, tiles
+        )
 
     def text(self) -> str:
-        """The layout in the file format of this module."""
-        lines = [f"title   {self.title}", f"bounds  {_numbers(self.bounds)}"]
+        """The layout in the file format of this module; `parse_layout` gives it back exactly."""
+        lines = [f"title   {self.title}", f"bounds  {numbers(self.bounds)}"]
         for word, shapes in (("wall ", self.walls), ("solid", self.solids)):
-            lines += [f"{word}   {'  '.join(_numbers(p) for p in shape)}" for shape in shapes]
+            lines += [f"{word}   {'  '.join(numbers(p) for p in shape)}" for shape in shapes]
         return "\n".join(lines) + "\n"
 
-
-def layout_names() -> tuple[str, ...]:
-    """The bundled layouts."""
-    files = resources.files("motorspace.worlds").joinpath("layouts").iterdir()
-    return tuple(sorted(f.name.removesuffix(".layout") for f in files))
+    def _place(self, word: str, index: int) -> str:
+        return f"layout {self.title!r}" + (f", {word} {index + 1}" if word else "")
 
 
-def layout(name: str) -> WalledWorld:
-    """The world of a bundled layout, of a layout file, or of random rooms (`"rooms:SEED"`).
+@dataclass(frozen=True)
+class NamedWorld:
+    """What the name of a world stands for."""
 
-    Raises `UserError` for an unknown name or a broken file.
+    kind: Literal["layout", "rooms", "lattice"]
+    argument: str | int
+    """A bundled layout or the path of a file; the seed of random rooms; the side of a lattice."""
+
+
+def layout(name: str | Path) -> "WalledWorld":
+    """Return the world of a bundled layout, of a layout file, or of random rooms (`rooms:SEED`).
+
+    Args:
+        name: One of `layout_names()`, the path of a file, or `"rooms:SEED"`.
+
+    Raises:
+        UserError: For an unknown name or a broken file.
     """
     return load_layout(name).world()
 
 
-def load_layout(name: str) -> Layout:
-    """The description behind `layout(name)`."""
-    if name.startswith("rooms:"):
-        seed = name.removeprefix("rooms:")
-        if not seed.isdecimal():
-            raise UserError(
-                f"the seed of random rooms must be a whole number, not {seed!r}",
-                where="layout",
-                remedy="write for instance rooms:7",
-            )
-        return random_rooms(key=jax.random.key(int(seed)))
-    if name in layout_names():
-        bundled = resources.files("motorspace.worlds").joinpath("layouts", f"{name}.layout")
-        return _checked(parse_layout(bundled.read_text("utf-8"), where=name), name)
-    if Path(name).suffix or Path(name).exists():
-        return read_layout(Path(name))
-    raise UserError(
-        f"there is no layout {name!r}",
-        remedy=f"choose one of {', '.join(layout_names())}, rooms:SEED, or a layout file",
-    )
+def layout_names() -> tuple[str, ...]:
+    """Return the names of the bundled layouts.
 
-
-def read_layout(path: Path) -> Layout:
-    """The layout in a file. Raises `UserError` naming the file and the line at fault."""
-    try:
-        text = path.read_text("utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise UserError(
-            f"the layout cannot be read ({reason})", where=path, remedy="give a layout file"
-        ) from None
-    return _checked(parse_layout(text, where=str(path)), str(path))
-
-
-def parse_layout(text: str, *, where: str) -> Layout:
-    """The layout written in `text`; `where` names it in messages."""
-    title, bounds = "", None
-    shapes: dict[str, list[tuple[Point, ...]]] = {"wall": [], "solid": []}
-    for number, line in enumerate(text.splitlines(), start=1):
-        word, _, rest = line.split("#")[0].strip().partition(" ")
-        place = f"{where}, line {number}"
-        if word == "title":
-            title = rest.strip()
-        elif word == "bounds":
-            bounds = _bounds(rest, place)
-        elif word in shapes:
-            shapes[word].append(_points(rest, place, at_least=2 if word == "wall" else 3))
-        elif word:
-            raise UserError(
-                f"unknown statement {word!r}",
-                where=place,
-                remedy=f"begin the line with one of {', '.join(STATEMENTS)}",
-            )
-    if bounds is None:
-        raise UserError(
-            "the layout has no bounds", where=where, remedy="add a line like: bounds 0 0 40 40"
-        )
-    return Layout(title, bounds, tuple(shapes["wall"]), tuple(shapes["solid"]))
-
-
-def random_rooms(
-    *, size: float = 40.0, min_room: float = 8.0, door: float = 3.0, key: jax.Array
-) -> Layout:
-    """Rooms by recursive division: every wall has one door, so every room can be reached.
-
-    `size` is the side of the square, `min_room` the smallest side of a room, `door` the width
-    of the openings; world units. Same key, same rooms.
+    >>> layout_names()
+    ('corridors', 'empty', 'four_rooms', 'paper', 'pillars')
     """
-    if not 0 < 2 * door < min_room <= size:
+    return tuple(sorted(path.stem for path in BUNDLED.glob("*.layout")))
+
+
+def load_layout(name: str | Path) -> Layout:
+    """Return the description behind `layout(name)`. Arguments and errors are the same."""
+    named = parse_world_name(name)
+    if named.kind == "rooms":
+        from motorspace.worlds.rooms import random_rooms
+
+        return random_rooms(key=named.argument)
+    if named.kind == "lattice":
         raise UserError(
-            f"rooms of side {min_room} with doors of {door} do not fit a square of {size}",
-            remedy="keep 2 x door < min_room <= size",
+            "a lattice has no walls and no layout",
+            where=str(name),
+            remedy=f"choose one of {_choices(layout_names(), 'rooms:SEED')}",
         )
-    rng = np.random.default_rng(np.asarray(jax.random.key_data(key)).ravel().tolist())
-    walls = tuple(_divide(rng, (0.0, 0.0, size, size), min_room, door))
-    return Layout("random rooms", (0.0, 0.0, size, size), walls)
+    known = named.argument in layout_names()
+    path = BUNDLED / f"{named.argument}.layout" if known else Path(str(named.argument))
+    return parse_layout(_text_in(path), where=str(named.argument))
 
 
-def _divide(
-    rng: np.random.Generator,
-    room: tuple[float, float, float, float],
-    min_room: float,
-    door: float,
-) -> Iterator[tuple[Point, ...]]:
-    """Walls that split `room` and then each half, until the rooms are small."""
-    x_low, y_low, x_high, y_high = room
-    width, height = x_high - x_low, y_high - y_low
-    if max(width, height) < 2 * min_room:
-        return
-    upright = width >= height
-    low, high, start, stop = (
-        (x_low, x_high, y_low, y_high) if upright else (y_low, y_high, x_low, x_high)
+def parse_world_name(name: str | Path) -> NamedWorld:
+    """Return what the name of a world stands for. No file is read.
+
+    Args:
+        name: A bundled layout, the path of a layout file, `"rooms:SEED"` or `"lattice:SIDE"`.
+
+    Raises:
+        UserError: For an unknown name, or a seed or side out of range.
+
+    >>> parse_world_name("rooms:7")
+    NamedWorld(kind='rooms', argument=7)
+    """
+    if not isinstance(name, str | Path):
+        raise UserError(
+            f"a world is named by a string or a path, not by {name!r}",
+            remedy=f"choose one of {_choices(layout_names(), 'rooms:SEED', 'lattice:SIDE')}",
+        )
+    text = str(name)
+    kind, _, argument = text.partition(":")
+    if kind == "rooms" and argument:
+        return NamedWorld("rooms", _whole(argument, 0, LARGEST_SEED, text, "seed of random rooms"))
+    if kind == "lattice" and argument:
+        return NamedWorld("lattice", _whole(argument, 1, LARGEST_SIDE, text, "side of a lattice"))
+    if text in layout_names() or os.path.exists(text) or Path(text).suffix:
+        return NamedWorld("layout", text)
+    known = (*layout_names(), "rooms:SEED", "lattice:SIDE")
+    near = get_close_matches(text, known, 1)
+    raise UserError(
+        f"there is no layout {_shortened(text)!r}"
+        + "".join(f" (perhaps {name!r})" for name in near),
+        remedy=f"choose one of {_choices(known)}",
     )
-    at = round(float(rng.uniform(low + min_room, high - min_room)), 2)
-    gap = round(float(rng.uniform(start + door / 2, stop - 1.5 * door)), 2)
-    for a, b in ((start, gap), (gap + door, stop)):
-        yield ((at, a), (at, b)) if upright else ((a, at), (b, at))
-    halves = (
-        ((x_low, y_low, at, y_high), (at, y_low, x_high, y_high))
-        if upright
-        else ((x_low, y_low, x_high, at), (x_low, at, x_high, y_high))
-    )
-    for half in halves:
-        yield from _divide(rng, half, min_room, door)
 
 
-def _closed(polygon: tuple[Point, ...]) -> list[Segment]:
+def parse_layout(text: str, *, where: str | Path = "layout") -> Layout:
+    """Return the layout written in `text`.
+
+    Args:
+        text: Statements of the file format of this module.
+        where: What to call the text in messages.
+
+    Raises:
+        UserError: Names the line at fault, the fault and the remedy.
+
+    >>> parse_layout("bounds 0 0 8 8").bounds
+    (0.0, 0.0, 8.0, 8.0)
+    """
+    return Layout(*read_statements(text, where=str(where)))
+
+
+def _text_in(path: Path) -> str:
+    """The text in a file, UTF-8 or Latin-1."""
+    try:
+        content = path.read_bytes()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "no such file or directory"
+        raise UserError(
+            f"the layout cannot be read ({reason})",
+            where=path,
+            remedy=f"check the path, or choose one of {', '.join(layout_names())}",
+        ) from None
+    if b"\0" in content:
+        raise UserError(
+            "the layout cannot be read (it is not UTF-8 text)",
+            where=path,
+            remedy="save it as plain text, UTF-8",
+        )
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError:
+        return content.decode("latin-1")
+
+
+def _whole(text: str, low: int, high: int, name: str, what: str) -> int:
+    """A whole number in a range. Python refuses to read very long ones, so their length counts."""
+    short = text.isascii() and text.isdecimal() and len(text) <= 20
+    if not short or not low <= int(text) <= high:
+        raise UserError(
+            f"the {what} must be a whole number from {low} to {high}, not {_shortened(text)!r}",
+            where=f"layout {_shortened(name)!r}",
+            remedy=f"write for instance {name.partition(':')[0]}:7",
+        )
+    return int(text)
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= 60 else f"{text[:60]}..."
+
+
+def _choices(*names: str | tuple[str, ...]) -> str:
+    flat = [n for entry in names for n in ((entry,) if isinstance(entry, str) else entry)]
+    return f"{', '.join(flat)}, or a layout file"
+
+
+def _closed(polygon: Polyline) -> list[Segment]:
     return list(zip(polygon, polygon[1:] + polygon[:1], strict=True))
-
-
-def _numbers(values: tuple[float, ...]) -> str:
-    return " ".join(f"{value:g}" for value in values)
-
-
-def _floats(text: str, place: str) -> list[float]:
-    values = []
-    for word in text.split():
-        try:
-            value = float(word)
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            raise UserError(
-                f"{word!r} is not a number",
-                where=place,
-                remedy="write coordinates as x y pairs",
-            )
-        values.append(value)
-    return values
-
-
-def _bounds(text: str, place: str) -> tuple[float, float, float, float]:
-    values = _floats(text, place)
-    if len(values) != 4 or values[0] >= values[2] or values[1] >= values[3]:
-        raise UserError(
-            f"bounds must be x low, y low, x high, y high, not {text.strip()!r}",
-            where=place,
-            remedy="write for instance: bounds 0 0 40 40",
-        )
-    return values[0], values[1], values[2], values[3]
-
-
-def _points(text: str, place: str, *, at_least: int) -> tuple[Point, ...]:
-    values = _floats(text, place)
-    points = tuple(zip(values[::2], values[1::2], strict=False))
-    if len(values) % 2 or len(points) < at_least:
-        raise UserError(
-            f"{len(values)} coordinates do not make a shape of {at_least} or more points",
-            where=place,
-            remedy="write x y pairs",
-        )
-    if any(a == b for a, b in pairwise(points)):
-        raise UserError(
-            "two neighbouring points are equal", where=place, remedy="leave one of them out"
-        )
-    return points
-
-
-def _checked(layout: Layout, where: str) -> Layout:
-    """The layout, if an agent finds a place to start in it."""
-    world = layout.world()
-    x_low, y_low, x_high, y_high = layout.bounds
-    grid = jnp.stack(
-        jnp.meshgrid(jnp.linspace(x_low, x_high, 66)[1:-1], jnp.linspace(y_low, y_high, 66)[1:-1])
-    ).reshape(2, -1)
-    x, y, zero = *grid, jnp.zeros(grid.shape[1])
-    share = float(world.free(Pose(x, y, zero, zero)).mean())
-    if share < MIN_FREE_SHARE:
-        raise UserError(
-            f"an agent finds no free place to start (only {share:.0%} of the area is free)",
-            where=where,
-            remedy="shrink or remove the solids",
-        )
-    return layout

@@ -8,9 +8,11 @@ import jax
 import jax.numpy as jnp
 
 from motorspace._types import Count, Counts, Displacement, Flags, Motor, Motors, Pose
+from motorspace.se2 import relative
 from motorspace.worlds.agents import AbstractAgent
-from motorspace.worlds.geometry import relative
 from motorspace.worlds.world import AbstractWorld
+
+Tree = TypeVar("Tree")
 
 
 def step(
@@ -46,13 +48,26 @@ def nominal_displacement(
         index, motor = command
         return select(index < num_steps, agent.move(pose, motor)[-1], pose), None
 
-    end, _ = jax.lax.scan(advance, start, (jnp.arange(motors.shape[0]), motors))
-    return relative(start, end)
-
-
-Tree = TypeVar("Tree")
+    steps = jnp.arange(motors.shape[0], dtype=num_steps.dtype)
+    end, _ = jax.lax.scan(advance, start, (steps, motors))
+    return relative(start.frame, end.frame)
 
 
 def select(flag: Flags, yes: Tree, no: Tree) -> Tree:
     """Of every agent what it has in `yes` where its flag is set, else in `no`."""
-    return jax.tree.map(lambda a, b: jnp.where(flag, a, b), yes, no)
+    return jax.tree.map(lambda a, b: jnp.where(_over(flag, a), a, b), yes, no)
+
+
+def _over(flag: Flags, leaf: Flags) -> Flags:
+    """The flags of the agents, for a leaf with agents in the last axes."""
+    return flag.reshape((1,) * (leaf.ndim - flag.ndim) + flag.shape)
+
+
+def to_rows(tree: Tree) -> Tree:
+    """One row for each agent: from agents in the last axis, as they are simulated."""
+    return jax.tree.map(lambda leaf: jnp.moveaxis(leaf, -1, 0), tree)
+
+
+def to_agents_last(tree: Tree) -> Tree:
+    """Agents in the last axis, as they are simulated: from one row for each agent."""
+    return jax.tree.map(lambda leaf: jnp.moveaxis(leaf, 0, -1), tree)

@@ -1,32 +1,59 @@
 """Places: where an agent may be, and which moves a wall forbids."""
 
 import abc
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from motorspace._types import Count, Flag, Flags, Key, Pose, Walls
-from motorspace.worlds import geometry
+from motorspace.worlds.checks import whole
 from motorspace.worlds.tiles import Tiles, in_groups
+from motorspace.worlds.walls import (
+    MARGIN,
+    WallFrame,
+    gap_to_move,
+    gap_to_point,
+    inside,
+    least_gap,
+)
 
 START_ATTEMPTS = 256
+
+
+class Drawing(NamedTuple):
+    """What a picture of a world shows; world units."""
+
+    bounds: tuple[float, float, float, float]
+    """The part of the plane to show: x low, y low, x high, y high."""
+    lines: Float[np.ndarray, "S 2 2"]
+    """Walls, two end points each."""
+    points: Float[np.ndarray, "P 2"]
+    """Nodes."""
+    pointer: float
+    """Length of the line from an agent that shows where it looks."""
 
 
 class AbstractWorld(eqx.Module):
     """What a place must answer."""
 
     @abc.abstractmethod
-    def draw(self, *, key: Key) -> Pose:
-        """A position in the bounds and a heading, drawn uniformly; the head looks ahead."""
+    def random_pose(self, *, key: Key) -> Pose:
+        """A uniformly random position in the bounds and heading; the head looks ahead."""
+
+    @abc.abstractmethod
+    def drawing(self) -> Drawing:
+        """What a picture of this world shows."""
 
     @abc.abstractmethod
     def free(self, pose: Pose) -> Flags:
         """Whether an agent may stand at a pose, for one or a batch."""
 
     def place(self, *, key: Key) -> Pose:
-        """A free pose, drawn uniformly."""
+        """A uniformly random free pose."""
 
         def again(carry: tuple[Count, Pose]) -> Flag:
             attempt, pose = carry
@@ -34,14 +61,18 @@ class AbstractWorld(eqx.Module):
 
         def redraw(carry: tuple[Count, Pose]) -> tuple[Count, Pose]:
             attempt = carry[0] + 1
-            return attempt, self.draw(key=jax.random.fold_in(key, attempt))
+            return attempt, self.random_pose(key=jax.random.fold_in(key, attempt))
 
-        first = (jnp.zeros((), jnp.int32), self.draw(key=jax.random.fold_in(key, 0)))
+        first = (jnp.zeros((), jnp.int32), self.random_pose(key=jax.random.fold_in(key, 0)))
         return jax.lax.while_loop(again, redraw, first)[1]
 
     @abc.abstractmethod
     def blocked(self, start: Pose, end: Pose) -> Flags:
         """Whether the straight move from `start` to `end` is forbidden, for one or a batch."""
+
+
+def _float32(values: Any) -> Array:
+    return jnp.asarray(values, jnp.float32)
 
 
 class WalledWorld(AbstractWorld):
@@ -52,8 +83,8 @@ class WalledWorld(AbstractWorld):
     World units. Many walls are also kept in `tiles`, where those around a place are found.
     """
 
-    walls: Walls
-    solids: Float[Array, "E 2 2"]
+    walls: Walls = eqx.field(converter=_float32)
+    solids: Float[Array, "E 2 2"] = eqx.field(converter=_float32)
     bounds: tuple[float, float, float, float] = eqx.field(static=True)
     tiles: Tiles | None = None
 
@@ -63,18 +94,22 @@ class WalledWorld(AbstractWorld):
             return self.walls
         return self.tiles
 
-    def draw(self, *, key: Key) -> Pose:
+    def random_pose(self, *, key: Key) -> Pose:
         x_low, y_low, x_high, y_high = self.bounds
-        low, high = jnp.array([x_low, y_low, -jnp.pi]), jnp.array([x_high, y_high, jnp.pi])
-        x, y, heading = jax.random.uniform(key, (3,), minval=low, maxval=high)
+        low = jnp.array([x_low, y_low, -jnp.pi], jnp.float32)
+        high = jnp.array([x_high, y_high, jnp.pi], jnp.float32)
+        x, y, heading = jax.random.uniform(key, (3,), jnp.float32, minval=low, maxval=high)
         return Pose(x, y, heading, jnp.zeros_like(x))
+
+    def drawing(self) -> Drawing:
+        return Drawing(self.bounds, np.asarray(self.walls), np.zeros((0, 2)), pointer=1.5)
 
     def free(self, pose: Pose) -> Flags:
         x_low, y_low, x_high, y_high = self.bounds
         x, y = pose.x, pose.y
         in_bounds = (x > x_low) & (x < x_high) & (y > y_low) & (y < y_high)
         apart = in_groups(self._apart, x.shape, pose) if self.tiles else self._apart(pose)
-        return in_bounds & apart & ~geometry.inside(self.solids, x, y)
+        return in_bounds & apart & ~inside(self.solids, x, y)
 
     def blocked(self, start: Pose, end: Pose) -> Flags:
         tiles = self.tiles
@@ -92,9 +127,9 @@ class WalledWorld(AbstractWorld):
 
     def _apart(self, pose: Pose) -> Flags:
         x, y = pose.x, pose.y
-        walls, reach = self.walls_within(1.0), jnp.full(x.shape, 3 * geometry.MARGIN)
-        gap = geometry.least_gap(
-            walls, lambda wall: geometry.gap_to_point(wall, x, y), (x, y), reach
+        walls, reach = self.walls_within(1.0), jnp.full(x.shape, 3 * MARGIN)
+        gap = least_gap(
+            walls, lambda wall: gap_to_point(wall, x, y), (x, y), reach
         )
         return gap > 0
 
@@ -106,31 +141,47 @@ def _length(start: Pose, end: Pose) -> Float[Array, "*batch"]:
 def _hindered(walls: Walls | Tiles, start: Pose, end: Pose) -> Flags:
     """Whether a move meets a wall, or ends too near to one."""
 
-    def gap(wall: geometry.WallFrame) -> Float[Array, "*batch"]:
-        move = geometry.gap_to_move(wall, start, end)
-        return jnp.minimum(move, geometry.gap_to_point(wall, end.x, end.y))
+    def gap(wall: WallFrame) -> Float[Array, "*batch"]:
+        move = gap_to_move(wall, start, end)
+        return jnp.minimum(move, gap_to_point(wall, end.x, end.y))
 
-    reach = _length(start, end) + 3 * geometry.MARGIN
-    return geometry.least_gap(walls, gap, (start.x, start.y), reach) <= 0
+    reach = _length(start, end) + 3 * MARGIN
+    return least_gap(walls, gap, (start.x, start.y), reach) <= 0
 
 
 class LatticeWorld(AbstractWorld):
     """A grid of nodes one unit apart, with four orientations: the paper's discrete world.
 
     Node (0, 0) is at the origin; a move that leaves the grid is forbidden.
+
+    Raises:
+        UserError: For a side that is not a whole number above 0.
     """
 
     width: int = eqx.field(static=True, default=6)
+    """Nodes along x."""
     height: int = eqx.field(static=True, default=6)
+    """Nodes along y."""
+
+    def __check_init__(self) -> None:
+        whole("width", self.width)
+        whole("height", self.height)
 
     @property
     def num_nodes(self) -> int:
         return self.width * self.height
 
-    def draw(self, *, key: Key) -> Pose:
-        low, high = jnp.array([0.0, 0.0, -1.0]), jnp.array([self.width, self.height, 3.0])
-        x, y, quarters = jnp.floor(jax.random.uniform(key, (3,), minval=low, maxval=high))
+    def random_pose(self, *, key: Key) -> Pose:
+        low = jnp.array([0.0, 0.0, -1.0], jnp.float32)
+        high = jnp.array([self.width, self.height, 3.0], jnp.float32)
+        drawn = jax.random.uniform(key, (3,), jnp.float32, minval=low, maxval=high)
+        x, y, quarters = jnp.floor(drawn)
         return Pose(x, y, quarters * jnp.pi / 2, jnp.zeros_like(x))
+
+    def drawing(self) -> Drawing:
+        bounds = (-1.0, -1.0, float(self.width), float(self.height))
+        nodes = np.array(list(np.ndindex(self.width, self.height)), float)
+        return Drawing(bounds, np.zeros((0, 2, 2)), nodes, pointer=0.4)
 
     def free(self, pose: Pose) -> Flags:
         return jnp.ones(pose.x.shape, bool)

@@ -50,7 +50,7 @@ class MatrixProductEncoder(AbstractMotorEncoder):
         unit = jnp.eye(self.size)
         executed = jnp.arange(len(motors)) < num_steps
         matrices = jax.vmap(self._matrix, in_axes=(None, 0))(self.transition, motors)
-        matrices = jnp.where(executed[:, None, None], matrices, unit)
+        matrices = jnp.where(executed[:, None, None], matrices, unit[None])
         product = functools.reduce(_product, matrices)
         last = self._matrix(self.readout, motors[num_steps - 1])
         return _product(product, last)[:-1].reshape(-1)
@@ -62,7 +62,7 @@ class MatrixProductEncoder(AbstractMotorEncoder):
         """
         linear = jax.vmap(jax.vmap(self._linear_part))(motors)
         gram = jnp.swapaxes(linear, -1, -2) @ linear
-        return jnp.mean(jnp.sum((gram - jnp.eye(gram.shape[-1])) ** 2, axis=(-2, -1)))
+        return jnp.mean(jnp.sum((gram - jnp.eye(gram.shape[-1])[None, None]) ** 2, axis=(-2, -1)))
 
     def matrices(self, motor: Motor) -> tuple[Matrix, Matrix]:
         return self._matrix(self.transition, motor), self._matrix(self.readout, motor)

@@ -118,12 +118,12 @@ class LinearRecurrentEncoder(AbstractMotorEncoder):
     def __call__(self, motors: Motors, num_steps: Count) -> Code:
         real, imaginary = jnp.split(jax.vmap(self.to_state)(motors), 2, axis=1)
         # The state unrolled: command t has been multiplied by l as often as commands follow it.
-        age = num_steps - 1 - jnp.arange(len(motors))
-        shrunk = jnp.exp(-jnp.exp(self.log_decay) * age[:, None])
+        age = (num_steps - 1 - jnp.arange(len(motors))).astype(jnp.float32)
+        shrunk = jnp.exp(-jnp.exp(self.log_decay[None]) * age[:, None])
         kept = jnp.where(age[:, None] >= 0, shrunk, 0.0)
         cos, sin = (
-            kept * jnp.cos(self.phase * age[:, None]),
-            kept * jnp.sin(self.phase * age[:, None]),
+            kept * jnp.cos(self.phase[None] * age[:, None]),
+            kept * jnp.sin(self.phase[None] * age[:, None]),
         )
         state = [cos * real - sin * imaginary, sin * real + cos * imaginary]
         return self.to_code(jnp.concatenate(state, axis=1).sum(axis=0))

@@ -34,7 +34,7 @@ def within_to_total_variance(
     return float(_squares_within(x, _numbered(labels)).sum() / total) if total > 0 else float("nan")
 
 
-def collapse_ratio(codes: Points, groups: Labels) -> float:
+def equivalence_ratio(codes: Points, groups: Labels) -> float:
     """Mean squared distance within groups over that of all pairs: 0 is perfect, 1 is none.
 
     E_g E_{i,j in g} |h_i - h_j|^2 / E_{i,j} |h_i - h_j|^2, both without the pairs of a code and

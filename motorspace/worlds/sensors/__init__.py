@@ -1,0 +1,1 @@
+"""Senses: what an agent perceives from a pose in a world."""
