@@ -7,6 +7,7 @@ imported, or that come with motorspace, can be found: nothing that a file names 
 
 import ast
 import dataclasses
+import functools
 import importlib
 import inspect
 import itertools
@@ -173,6 +174,7 @@ class Registry(Generic[T]):
         )
 
 
+@functools.cache
 def parameters_of(described: type) -> tuple[Parameter, ...]:
     """The options of a dataclass (an Equinox module is one): its fields, with their docstrings.
 

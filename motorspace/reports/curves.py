@@ -37,6 +37,7 @@ class Panel:
         mark: A place that is marked, such as the length that was trained on.
         joined: Whether a line connects the points; otherwise each stands for itself beside the
             diagonal.
+        linear_below: The horizontal axis is logarithmic from here on, and linear below.
     """
 
     title: str
@@ -45,6 +46,7 @@ class Panel:
     level: float | None = None
     mark: float | None = None
     joined: bool = True
+    linear_below: float | None = None
 
 
 def panels_figure(
@@ -97,11 +99,12 @@ def _draw(axes: Axes, panel: Panel) -> None:
     if panel.mark is not None:
         axes.axvline(panel.mark, color="0.4", lw=0.8, ls=":")
     axes.set(title=panel.title, **panel.axes)
+    if panel.linear_below is not None:
+        axes.set_xscale("symlog", linthresh=panel.linear_below)
+        axes.set_xlim(left=-panel.linear_below / 2)
 
 
-def bars_figure(
-    names: Sequence[str], panels: Mapping[str, Sequence[Point | None]]
-) -> Figure:
+def bars_figure(names: Sequence[str], panels: Mapping[str, Sequence[Point | None]]) -> Figure:
     """Returns a figure with a line for each name and a panel for each measure.
 
     Args:

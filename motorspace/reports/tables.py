@@ -34,20 +34,26 @@ def markdown_table(rows: Sequence[Mapping[str, Any]]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def shown(value: Any) -> str:
-    """Returns a value as a table shows it: three digits of a number, a dash for nothing.
+def shown(value: Any, *, digits: int = 3) -> str:
+    """Returns a value as a table shows it.
+
+    Args:
+        value: A number is rounded, but none of its digits before the point; nothing is a dash.
+        digits: Significant digits of a number that is not whole.
 
     Example:
-        >>> shown(None), shown(True), shown(0.12345), shown(1000)
-        ('–', 'yes', '0.123', '1000')
+        >>> shown(None), shown(True), shown(0.12345), shown(123456.7), shown(6)
+        ('–', 'yes', '0.123', '123,457', '6')
     """
     if value is None:
         return "–"
     if isinstance(value, bool):
         return "yes" if value else "no"
-    if isinstance(value, Real) and not isinstance(value, Integral):
-        return f"{float(value):.3g}"
-    return str(value)
+    if not isinstance(value, Real):
+        return str(value)
+    rounded = f"{float(value):.{digits}g}"
+    whole = isinstance(value, Integral) or abs(float(rounded)) >= 10**digits
+    return f"{float(value):,.0f}" if whole else rounded
 
 
 def places(page: str) -> list[str]:

@@ -32,9 +32,7 @@ def rows(found: Sequence[Row]) -> list[Row]:
 
 
 def _wrong(row: Row) -> Spread:
-    lengths = [
-        key.rpartition(".")[2] for key in next(iter(row.runs.values())) if ".valid." in key
-    ]
+    lengths = [key.rpartition(".")[2] for key in next(iter(row.runs.values())) if ".valid." in key]
     return Spread(
         tuple(
             sum(run[f"lattice.valid.{n}"] - run[f"lattice.correct.{n}"] for n in lengths)
@@ -50,12 +48,16 @@ def cases(found: Sequence[Row]) -> list[Line]:
     return [
         {"T": key[-1], "cases": f"{trained[0][key.format('valid')].mean:,.0f}"}
         | {
-            f"correct, {TITLES[str(row.cell['variant'])]}": f"{row[key.format('correct')].mean:,.0f}"
+            f"correct, {TITLES[str(row.cell['variant'])]}": _count(row, key)
             for row in trained
         }
         for key in keys
         if trained
     ]
+
+
+def _count(row: Row, key: str) -> str:
+    return f"{row[key.format('correct')].mean:,.0f}"
 
 
 PROBES = tuple(f"lattice.r2.{n}.{c}" for n in (2, 3) for c in ("longitudinal", "lateral"))

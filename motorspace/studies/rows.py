@@ -3,15 +3,20 @@
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import lru_cache
 from statistics import fmean
+
+import numpy as np
+from jaxtyping import Int
 
 from motorspace._errors import UserError
 from motorspace.analysis.measures import Measure, measure
-from motorspace.running.jobs import Value, shown
+from motorspace.reports.tables import shown
+from motorspace.running.jobs import Value
+from motorspace.running.jobs import shown as written
 from motorspace.running.store import Result
 
-LEVEL = 0.95
+LEVEL, NUM_RESAMPLES = 0.95, 9999
 COMPONENTS = ("longitudinal", "lateral", "cos", "sin")
 
 SYMBOLS = {"rotation": "r", "horizon": "T"}
@@ -42,19 +47,10 @@ class Spread:
         """The lowest and the highest."""
         return min(self.values), max(self.values)
 
-    @cached_property
+    @property
     def interval(self) -> tuple[float, float]:
         """The bootstrapped 95 % confidence interval of the mean (percentiles)."""
-        low, high = self.range
-        if low == high:
-            return self.mean, self.mean
-        import numpy as np
-        from scipy.stats import bootstrap
-
-        found = bootstrap(
-            (self.values,), np.mean, confidence_level=LEVEL, method="percentile", rng=0
-        ).confidence_interval
-        return float(found.low), float(found.high)
+        return _interval(self.values)
 
     @property
     def half(self) -> float:
@@ -70,7 +66,24 @@ class Spread:
         return Spread(tuple(value / level for value in self.values))
 
     def __str__(self) -> str:
-        return f"{self.mean:.3g}" + (f" ± {self.half:.1g}" if self.half > 0 else "")
+        half = f" ± {shown(self.half, digits=1)}" if self.half > 0 else ""
+        return shown(self.mean) + half
+
+
+@lru_cache(maxsize=None)
+def _interval(values: tuple[float, ...]) -> tuple[float, float]:
+    mean = fmean(values)
+    if min(values) == max(values):
+        return mean, mean
+    means = np.asarray(values)[_resamples(len(values))].mean(axis=-1)
+    low, high = np.percentile(means, [100 * (1 - LEVEL) / 2, 100 * (1 + LEVEL) / 2])
+    return float(low), float(high)
+
+
+@lru_cache(maxsize=None)
+def _resamples(num: int) -> Int[np.ndarray, "9999 num"]:
+    """Which of `num` values each resample holds."""
+    return np.random.default_rng(0).integers(0, num, (NUM_RESAMPLES, num))
 
 
 @dataclass(frozen=True)
@@ -138,7 +151,7 @@ class Row:
 
 def setting(name: str, value: Value) -> str:
     """A setting of a cell as tables write it: rotations in units of pi."""
-    return f"{shown(value)} π" if name == "rotation" else shown(value)
+    return f"{written(value)} π" if name == "rotation" else written(value)
 
 
 def rows_of(study: str, results: Iterable[Result]) -> list[Row]:

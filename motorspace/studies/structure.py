@@ -1,21 +1,23 @@
 """Are codes structured like displacements? Both presets in every system, beside baselines."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 from motorspace.analysis.measures import Measure, define
 from motorspace.running.jobs import Job, cell
 from motorspace.studies.cells import CONTINUOUS, LATTICES, ROTATIONS, derived, lattice, system
-from motorspace.studies.rows import Row, Spread, chosen, with_worst
+from motorspace.studies.rows import Row, chosen, with_worst
 from motorspace.studies.structure_figures import FIGURES
-from motorspace.studies.study import Budget, Line, Study, Table, Target
+from motorspace.studies.study import Budget, Study, Table, Target
 from motorspace.studies.tables import columns
-from motorspace.training.presets import PRESETS
+from motorspace.training.presets import PresetName
 
 if TYPE_CHECKING:
     from motorspace.evaluation.structure import Encode, Subject
     from motorspace.training.run import Run
 
+PRESETS: tuple[PresetName, ...] = ("best", "paper")
 FIXED = ("untrained", "raw-motors", "motor-components", "dead-reckoned")
 """Baselines that nothing is trained for."""
 TRAINED = ("supervised", "shuffled")
@@ -50,7 +52,12 @@ def _of_seed(budget: Budget, seed: int) -> list[Job]:
         for agent, rotation in places
     ]
     found += [
-        Job("structure", cell(agent="lattice", variant=kind), lattice(kind, budget, seed), "structure")
+        Job(
+            "structure",
+            cell(agent="lattice", variant=kind),
+            lattice(kind, budget, seed),
+            "structure",
+        )
         for kind in LATTICES
     ]
     for agent in CONTINUOUS:
@@ -117,9 +124,9 @@ def _baseline(name: str, subject: "Subject") -> "Encode":
             return lambda motors: motors.reshape(len(motors), -1)
         case "motor-components":
             return lambda motors: pca(motors.reshape(len(motors), -1), 8).coordinates
-    return lambda motors: displacement_coordinates(
-        nominal_displacements(subject.agent, motors)
-    ).points
+    return lambda motors: (
+        displacement_coordinates(nominal_displacements(subject.agent, motors)).points
+    )
 
 
 def structure_or_collapse(subject: "Subject", seed: int) -> dict[str, float]:
@@ -136,7 +143,7 @@ def structure_or_collapse(subject: "Subject", seed: int) -> dict[str, float]:
 
 def rows(found: Sequence[Row]) -> list[Row]:
     """The rows of every system, both presets first, with the error over the paper's network's."""
-    order = (*reversed(PRESETS), *TRAINED, *FIXED)
+    order = (*PRESETS, *TRAINED, *FIXED)
     placed = [
         row
         for agent in CONTINUOUS
@@ -154,4 +161,107 @@ def _to_paper(row: Row, found: Sequence[Row]) -> Row:
     plain = chosen(found, **{**row.cell, "variant": "paper"})
     ratio = row["prediction.error"] / plain[0]["prediction.error"].mean if plain else None
     return row.with_measures({"structure.to_paper": ratio})
-...
+
+
+def _of_systems(found: Sequence[Row]) -> list[Row]:
+    return [row for row in found if row.cell["agent"] != "lattice"]
+
+
+def _of_lattices(found: Sequence[Row]) -> list[Row]:
+    return chosen(found, agent="lattice")
+
+
+def _of_one(found: Sequence[Row]) -> list[Row]:
+    return chosen(found, agent="forward", rotation=BASELINE_ROTATION)
+
+
+def table(
+    choose: Callable[[Sequence[Row]], Sequence[Row]], *keys: str, budget: Budget | None = None
+) -> Table:
+    """A table of some of the rows."""
+    lines = columns(*keys, heads=HEADS, titles=TITLES)
+    return Table(lambda found: lines(choose(found)), budget)
+
+
+CELL = ("agent", "rotation", "variant")
+SHORT = (
+    "linear_r2.worst",
+    "equivalence_ratio",
+    "rank_correlation",
+    "normalised_topology_error",
+    "trustworthiness.20",
+)
+FULL = (
+    *("seeds", "linear_r2.worst", "equivalence_ratio", "equivalence_auc", "rank_correlation"),
+    *("partial_motors", "partial_motors_affine", "semipartial_motors"),
+    *("normalised_topology_error", "trustworthiness.20", "continuity.20"),
+    *("winding_number", "length_ratio", "prediction.error"),
+)
+SHAPE = (
+    *("intrinsic_dimension", "components_95", "nonlinear_r2.worst", "loop_persistence"),
+    *("neighbours_to_floor", "composition.linear", "composition.bilinear", "composition.network"),
+    *("congruence.left", "congruence.right"),
+)
+TURNS = (
+    *(f"equivalence.{kind}" for kind in ("split_rotation", "split_translation", "undone", "head")),
+    *(f"equivalence.full_turns.{count}" for count in range(4)),
+)
+IN_STANDARD_FORM = (
+    "rank_correlation",
+    "normalised_topology_error",
+    "trustworthiness.20",
+    "partial_motors",
+    "semipartial_motors",
+)
+STANDARD = [name for key in IN_STANDARD_FORM for name in (key, f"standard.{key}")]
+LENGTHS = tuple(f"length_error.translation.{length}" for length in (1, 2, 3, 6, 12, 24))
+HEADS = {"variant": "codes", "prediction.error": "error", "equivalence_auc": "AUC"}
+HEADS |= {"linear_r2.worst": "linear R²", "nonlinear_r2.worst": "nonlinear R²"}
+HEADS |= {key: f"T = {key.rpartition('.')[2]}" for key in LENGTHS}
+HEADS |= {key: key.partition(".")[2].replace("_", " ").replace(".", " ") for key in TURNS}
+TITLES = {name: name.replace("-", " ") for name in (*FIXED, *LATTICES)}
+
+BEST = {"agent": CONTINUOUS, "variant": "best"}
+TARGETS = (
+    Target("linear R² of the worst component", "linear_r2.worst", at_least=0.99, cells=BEST),
+    Target("equivalence ratio", "equivalence_ratio", at_most=0.01, cells=BEST),
+    Target("AUC of equivalent pairs", "equivalence_auc", at_least=0.99, cells=BEST),
+    Target(
+        "magnitude of the partial correlation with motors",
+        "partial_motors",
+        at_most=0.05,
+        cells=BEST,
+        magnitude=True,
+    ),
+    Target("normalised D_topo", "normalised_topology_error", at_most=0.1, cells=BEST),
+    Target("trustworthiness, k = 20", "trustworthiness.20", at_least=0.98, cells=BEST),
+    Target("continuity, k = 20", "continuity.20", at_least=0.98, cells=BEST),
+    Target("translation error at T = 24 over T = 6", "length_ratio", at_most=3.0, cells=BEST),
+    Target("error over the paper's network's", "structure.to_paper", at_most=1.0, cells=BEST),
+    Target("winding number", "winding_number", at_least=1.0, cells=BEST | {"rotation": CLOSED}),
+    Target("share of runs whose codes have collapsed", "collapsed", at_most=0.0, cells=BEST),
+)
+
+STUDY = Study(
+    name="structure",
+    question="Are codes structured like displacements?",
+    jobs=jobs,
+    measures={"structure": measured, "codes": measured_codes}
+    | {name: partial(measured_baseline, name) for name in FIXED},
+    rows=rows,
+    tables={
+        "structure": table(_of_one, "variant", *SHORT),
+        "structure_full": table(_of_systems, *CELL, *FULL),
+        "structure_full_paper": table(_of_systems, *CELL, *FULL, budget="paper"),
+        "structure_lattice": table(_of_lattices, "variant", *FULL),
+        "structure_lattice_paper": table(_of_lattices, "variant", *FULL, budget="paper"),
+        "structure_shape": table(_of_systems, *CELL, *SHAPE),
+        "structure_turns": table(_of_systems, *CELL, *TURNS),
+        "structure_lengths": table(_of_systems, *CELL, *LENGTHS),
+        "structure_standard": table(
+            lambda found: chosen(_of_systems(found), variant="best"), *CELL[:2], *STANDARD
+        ),
+    },
+    targets=TARGETS,
+    figures=FIGURES,
+)

@@ -95,7 +95,14 @@ FULL = (
     "prediction.skill",
     "table1.published",
 )
-SHORT = ("agent", "rotation", "prediction.error", "table1.oracle", "floor.error", "table1.published")
+SHORT = (
+    "agent",
+    "rotation",
+    "prediction.error",
+    "table1.oracle",
+    "floor.error",
+    "table1.published",
+)
 PROBES = ("agent", "rotation", *(f"probe_r2.{component}" for component in COMPONENTS))
 HEADS = {"prediction.error": "error"} | {f"probe_r2.{c}": f"R² {c}" for c in COMPONENTS}
 

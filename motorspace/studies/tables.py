@@ -7,15 +7,14 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from motorspace._files import write_atomically
-from motorspace.reports.tables import filled, markdown_table, places
+from motorspace.reports.tables import markdown_table
 from motorspace.running.jobs import described
-from motorspace.running.store import read_lines
+from motorspace.running.store import Result, read_lines
 from motorspace.studies import targets
 from motorspace.studies.rows import SYMBOLS, Row, known_measure, rows_of, setting
-from motorspace.studies.study import BUDGETS, Budget, Line, Study, studies
+from motorspace.studies.study import BUDGETS, Budget, Line, Study, studies, study_named
 
-TARGETS = "targets.toml"
+EMPTY = "Not measured yet.\n"
 
 
 def columns(
@@ -42,86 +41,89 @@ def columns(
     return lambda rows: [{head(key): value(row, key) for key in keys} for row in rows]
 
 
-def shown_rows(study: Study, results: Path, budget: Budget | None = None) -> list[Row]:
-    """The rows of a study under a budget, by default its own, from the results in a folder."""
-    budget = budget or study.budget
-    known = studies()
-    own = [known[name] for name in study.beside] + [study]
-    return [*study.rows([row for one in own for row in _current_rows(one, results, budget)])]
+class Results:
+    """The results in a folder, as the documentation shows them.
 
+    Args:
+        folder: Holds STUDY.jsonl for each study, and `targets.toml`.
+    """
 
-def _current_rows(study: Study, results: Path, budget: Budget) -> list[Row]:
-    found = {result.key: result for result in read_lines(results / f"{study.name}.jsonl")}
-    seeds = 1 + max((result.seed for result in found.values()), default=-1)
-    keys = [job.key for job in study.jobs(budget, seeds)]
-    return rows_of(study.name, [found[key] for key in keys if key in found])
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._rows: dict[tuple[str, Budget], list[Row]] = {}
 
+    def rows(self, study: Study, budget: Budget | None = None) -> list[Row]:
+        """The rows of a study under a budget, by default its own."""
+        budget = budget or study.budget
+        together = [study_named(name) for name in study.beside] + [study]
+        return [*study.rows([row for one in together for row in self._of(one, budget)])]
 
-def stale_lines(results: Path) -> list[str]:
-    """A name for each line of the results that no study has any more."""
-    names = []
-    for study in studies().values():
-        lines = read_lines(results / f"{study.name}.jsonl")
-        seeds = 1 + max((result.seed for result in lines), default=-1)
-        known = {job.key for budget in BUDGETS for job in study.jobs(budget, seeds)}
-        names += [
-            f"{study.name}: {described(line.cell)} seed={line.seed} (configuration {line.config})"
-            for line in lines
-            if line.key not in known
+    def _of(self, study: Study, budget: Budget) -> list[Row]:
+        place = study.name, budget
+        if place not in self._rows:
+            found = {result.key: result for result in self._lines(study)}
+            keys = [job.key for job in study.jobs(budget, _num_seeds(found.values()))]
+            self._rows[place] = rows_of(study.name, [found[key] for key in keys if key in found])
+        return self._rows[place]
+
+    def _lines(self, study: Study) -> list[Result]:
+        return read_lines(self.folder / f"{study.name}.jsonl")
+
+    def stale(self) -> list[str]:
+        """A name for each line of the results that no study has any more."""
+        names = []
+        for study in studies().values():
+            lines = self._lines(study)
+            jobs = [job for budget in BUDGETS for job in study.jobs(budget, _num_seeds(lines))]
+            known = {job.key for job in jobs}
+            names += [
+                f"{study.name}: {described(line.cell)} seed={line.seed} ({line.config})"
+                for line in lines
+                if line.key not in known
+            ]
+        return names
+
+    def claims(self) -> list[targets.Claim]:
+        """Every target of every study, with the reasons for those that are missed."""
+        return [
+            claim
+            for study in studies().values()
+            if study.targets
+            for claim in targets.claims(study, self.rows(study), self.reasons())
         ]
-    return names
+
+    def reasons(self) -> list[targets.Reason]:
+        """Why targets are missed."""
+        return targets.read_reasons(self.folder / "targets.toml")
+
+    def tables(self) -> dict[str, str]:
+        """Every table of the studies by the name of its place, as Markdown.
+
+        Of a study with targets also NAME_targets, in how many cells each is reached, and
+        NAME_missed, those that are not, with the reasons.
+        """
+        lines: dict[str, Sequence[Line]] = {}
+        claims = self.claims()
+        for study in studies().values():
+            for name, table in study.tables.items():
+                lines[name] = table.lines(self.rows(study, table.budget))
+            if study.targets:
+                own = [claim for claim in claims if claim.row.study == study.name]
+                lines[f"{study.name}_targets"] = targets.reached_lines(own)
+                lines[f"{study.name}_missed"] = targets.missed_lines(own)
+        return {name: markdown_table(found) or EMPTY for name, found in lines.items()}
+
+    def pictures(self) -> dict[str, bytes]:
+        """Every figure of a study that has rows, by its name, as a PNG file."""
+        from motorspace.reports.figures import png
+
+        return {
+            name: png(draw(rows), dots_per_inch=80)
+            for study in studies().values()
+            if study.figures and (rows := self.rows(study))
+            for name, draw in study.figures.items()
+        }
 
 
-def all_claims(results: Path) -> list[targets.Claim]:
-    """Every target of every study, with the reasons for those that are missed."""
-    reasons = targets.read_reasons(results / TARGETS)
-    return [
-        claim
-        for study in studies().values()
-        for claim in targets.claims(study, shown_rows(study, results), reasons)
-    ]
-
-
-def all_tables(results: Path) -> dict[str, str]:
-    """Every table by the name of its place, as Markdown."""
-    lines: dict[str, Sequence[Line]] = {}
-    for study in studies().values():
-        for name, table in study.tables.items():
-            lines[name] = table.lines(shown_rows(study, results, table.budget))
-    claims = all_claims(results)
-    for name in {claim.row.study for claim in claims}:
-        own = [claim for claim in claims if claim.row.study == name]
-        lines[f"{name}_targets"] = targets.reached_lines(own)
-        lines[f"{name}_missed"] = targets.missed_lines(own)
-    return {name: markdown_table(found) or "Not measured yet.\n" for name, found in lines.items()}
-
-
-def all_figures(results: Path) -> dict[str, bytes]:
-    """Every figure of a study that has rows, by its name, as a PNG file."""
-    from motorspace.reports.figures import png
-
-    return {
-        name: png(draw(rows), dots_per_inch=80)
-        for study in studies().values()
-        if study.figures and (rows := shown_rows(study, results))
-        for name, draw in study.figures.items()
-    }
-
-
-def changed_pages(
-    pages: Iterable[Path], tables: Mapping[str, str]
-) -> tuple[dict[Path, str], list[str]]:
-    """The pages whose tables are not as in `tables`, filled; and places for no table."""
-    changed, unknown = {}, []
-    for page in pages:
-        text = page.read_text()
-        if (new := filled(text, tables)) != text:
-            changed[page] = new
-        unknown += [f"{page}: no table {name}" for name in places(text) if name not in tables]
-    return changed, unknown
-
-
-def write_pictures(results: Path, folder: Path) -> None:
-    """Draw every figure of the studies into a folder."""
-    for name, picture in all_figures(results).items():
-        write_atomically(folder / f"{name}.png", picture)
+def _num_seeds(lines: Iterable[Result]) -> int:
+    return 1 + max((line.seed for line in lines), default=-1)
