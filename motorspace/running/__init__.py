@@ -1,0 +1,1 @@
+"""Many runs: jobs as data, where they run, and the results that they leave."""
