@@ -112,6 +112,6 @@ STUDY = Study(
     measures={"structure": partial(measured_at, 6)},
     beside=("structure",),
     rows=rows,
-    tables={"ablation": _table(*SHORT), "ablation_full": _table(*FULL)},
+    tables={"ablation_short": _table(*SHORT), "ablation": _table(*FULL)},
     figures={"ablation": figure},
 )

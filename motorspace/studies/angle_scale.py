@@ -80,9 +80,12 @@ def _ratio(row: Row, right: Row) -> Spread:
 
 def percent(found: Sequence[Row]) -> list[Line]:
     """The errors, and by how many percent they are above that of the right scale."""
-    lines = columns("rotation", "angle", "prediction.error", "seeds", heads=HEADS)(found)
+    lines = columns("rotation", "angle", "prediction.error", heads=HEADS)(found)
     return [
-        {**line, "more, %": Spread(tuple(100 * (v - 1) for v in row["angle_scale.ratio"].values))}
+        {
+            **line,
+            "increase, %": Spread(tuple(100 * (v - 1) for v in row["angle_scale.ratio"].values)),
+        }
         for row, line in zip(found, lines, strict=True)
     ]
 
@@ -104,7 +107,7 @@ def figure(found: Sequence[Row]) -> "Figure":
     return panels_figure([Panel("", curves, axes)])
 
 
-HEADS = {"angle": "factor", "prediction.error": "error"}
+HEADS = {"angle": "rotations scaled by", "prediction.error": "error"}
 
 STUDY = Study(
     name="angle_scale",

@@ -81,8 +81,8 @@ STUDY = Study(
     jobs=jobs,
     measures={"closing": measured},
     tables={
-        "closing": Table(columns(*SHORT, heads=HEADS)),
-        "closing_full": Table(columns(*FULL, heads=HEADS)),
+        "closing_short": Table(columns(*SHORT, heads=HEADS)),
+        "closing": Table(columns(*FULL, heads=HEADS)),
     },
     figures={"closing": figure},
 )

@@ -13,13 +13,14 @@ from motorspace.studies.tables import columns
 if TYPE_CHECKING:
     from motorspace.training.run import Run
 
+LEFT = ("floor.disagreement", "floor.neighbours")
 SQUARED = "sensor units²"
 define(
     Measure("floor.error.{poses}", "{poses} poses", goal="low", perfect=0, unit=SQUARED),
     Measure("floor.lowest", "lowest of five sets", goal="low", perfect=0, unit=SQUARED),
     Measure("floor.highest", "highest of five sets", goal="low", perfect=0, unit=SQUARED),
     Measure("floor.standard_error", "standard error", unit=SQUARED),
-    Measure("floor.neighbours", "poses that are asked"),
+    Measure("floor.neighbours", "neighbours"),
     Measure("floor.num", "test trajectories"),
 )
 
@@ -52,7 +53,7 @@ def poses(found: Sequence[Row]) -> list[Line]:
     most = TEST_TRAJECTORIES["paper"]
     numbers = [f"floor.error.{num}" for num in (most // 100, most // 10, most)]
     heads = {key: f"{int(key.rpartition('.')[2]):,} poses" for key in numbers}
-    return columns("agent", "rotation", *numbers, "floor.disagreement", heads=heads)(found)
+    return columns("agent", "rotation", *numbers, *LEFT, heads=heads)(found)
 
 
 STUDY = Study(
@@ -63,7 +64,7 @@ STUDY = Study(
     budget="paper",
     tables={
         "floor": Table(poses),
-        "floor_full": Table(
+        "floor_sets": Table(
             columns(
                 *("agent", "rotation", "floor.error", "floor.lowest", "floor.highest"),
                 *("floor.standard_error", "floor.disagreement", "floor.neighbours", "floor.num"),

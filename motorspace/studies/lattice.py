@@ -47,10 +47,7 @@ def cases(found: Sequence[Row]) -> list[Line]:
     keys = [f"lattice.{{}}.{n}" for n in range(1, 6)]
     return [
         {"T": key[-1], "cases": f"{trained[0][key.format('valid')].mean:,.0f}"}
-        | {
-            f"correct, {TITLES[str(row.cell['variant'])]}": _count(row, key)
-            for row in trained
-        }
+        | {f"correct, {TITLES[str(row.cell['variant'])]}": _count(row, key) for row in trained}
         for key in keys
         if trained
     ]
@@ -80,8 +77,8 @@ STUDY = Study(
     budget="paper",
     rows=rows,
     tables={
-        "lattice": Table(columns(*SHORT, heads=HEADS, titles=TITLES)),
-        "lattice_full": Table(columns(*FULL, heads=HEADS, titles=TITLES)),
+        "lattice_short": Table(columns(*SHORT, heads=HEADS, titles=TITLES)),
+        "lattice": Table(columns(*FULL, heads=HEADS, titles=TITLES)),
         "lattice_cases": Table(cases),
     },
     targets=(

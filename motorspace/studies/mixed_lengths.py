@@ -69,8 +69,8 @@ STUDY = Study(
     beside=("structure",),
     rows=rows,
     tables={
-        "mixed_lengths": _lines("prediction.error", *LENGTHS[1::2], "length_ratio"),
-        "mixed_lengths_full": _lines(
+        "mixed_lengths_short": _lines("prediction.error", "linear_r2.worst", *LENGTHS[1::2]),
+        "mixed_lengths": _lines(
             "seeds", "prediction.error", "linear_r2.worst", *LENGTHS, "length_ratio"
         ),
     },

@@ -1,14 +1,17 @@
 """What the paper leaves open, changed one at a time: does it matter?"""
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from motorspace.running.jobs import Job, cell
 from motorspace.studies.cells import evaluated, system
-from motorspace.studies.rows import COMPONENTS
+from motorspace.studies.rows import COMPONENTS, Row, with_worst
 from motorspace.studies.study import Budget, Study, Table
 from motorspace.studies.tables import columns
 from motorspace.training.settings import changed
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 class Change(NamedTuple):
@@ -39,7 +42,7 @@ CHANGES = {
     ),
     "curriculum-0": Change("curriculum 0", {"curriculum": 0.0}),
     "plain-recipe": Change(
-        "plain recipe: nothing that helps to leave the plateau",
+        "plain recipe",
         {
             "initial_weights": "uniform",
             "motor_scaling": "maximum",
@@ -65,9 +68,19 @@ def jobs(budget: Budget, seeds: int) -> list[Job]:
     ]
 
 
+def figure(found: Sequence[Row]) -> "Figure":
+    """The error over that of the mean, a line for each change."""
+    from motorspace.reports.curves import bars_figure
+
+    ratios = [row["prediction.error"] / row["prediction.mean"].mean for row in found]
+    names = [TITLES[str(row.cell["change"])] for row in found]
+    return bars_figure(names, {"error / error of the mean": [ratio.at(0) for ratio in ratios]})
+
+
 ERRORS = ("change", "prediction.error", "prediction.mean", "prediction.persistence")
 HEADS = {"change": "changed", "prediction.error": "error"}
 HEADS |= {"prediction.mean": "mean", "prediction.persistence": "persistence"}
+HEADS |= {"probe_r2.worst": "worst R²"}
 HEADS |= {f"probe_r2.{component}": f"R² {component}" for component in COMPONENTS}
 TITLES = {name: change.title for name, change in CHANGES.items()}
 PROBES = tuple(f"probe_r2.{component}" for component in COMPONENTS)
@@ -78,8 +91,10 @@ STUDY = Study(
     jobs=jobs,
     measures={"evaluate": evaluated},
     budget="quick",
+    rows=lambda found: [with_worst(row, "probe_r2") for row in found],
     tables={
-        "open_points": Table(columns(*ERRORS, *PROBES[:2], heads=HEADS, titles=TITLES)),
-        "open_points_full": Table(columns(*ERRORS, *PROBES, "seeds", heads=HEADS, titles=TITLES)),
+        "open_points_short": Table(columns(*ERRORS, "probe_r2.worst", heads=HEADS, titles=TITLES)),
+        "open_points": Table(columns(*ERRORS, *PROBES, "seeds", heads=HEADS, titles=TITLES)),
     },
+    figures={"open-points": figure},
 )

@@ -131,10 +131,10 @@ STUDY = Study(
     budget="paper",
     rows=rows,
     tables={
-        "robots": Table(
-            columns("recording", "prediction.error", *BASELINES, LEVELS[0], heads=HEADS)
+        "robots_short": Table(
+            columns("recording", "prediction.error", *BASELINES, LEVELS[1], heads=HEADS)
         ),
-        "robots_full": Table(
+        "robots": Table(
             columns(
                 *("recording", "seeds", "prediction.error", *BASELINES, *LEVELS),
                 *("robots.num_train", "robots.num_validation", "prediction.num"),

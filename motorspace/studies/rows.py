@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cache
 from statistics import fmean
 
 import numpy as np
@@ -66,11 +66,13 @@ class Spread:
         return Spread(tuple(value / level for value in self.values))
 
     def __str__(self) -> str:
-        half = f" ± {shown(self.half, digits=1)}" if self.half > 0 else ""
+        """The mean, and half the interval unless that is below the digits of the mean."""
+        place = 10.0 ** (math.floor(math.log10(abs(self.mean) or 1)) - 2)
+        half = f" ± {shown(self.half, digits=1)}" if self.half >= place / 2 else ""
         return shown(self.mean) + half
 
 
-@lru_cache(maxsize=None)
+@cache
 def _interval(values: tuple[float, ...]) -> tuple[float, float]:
     mean = fmean(values)
     if min(values) == max(values):
@@ -80,7 +82,7 @@ def _interval(values: tuple[float, ...]) -> tuple[float, float]:
     return float(low), float(high)
 
 
-@lru_cache(maxsize=None)
+@cache
 def _resamples(num: int) -> Int[np.ndarray, "9999 num"]:
     """Which of `num` values each resample holds."""
     return np.random.default_rng(0).integers(0, num, (NUM_RESAMPLES, num))

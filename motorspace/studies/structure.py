@@ -9,7 +9,7 @@ from motorspace.running.jobs import Job, cell
 from motorspace.studies.cells import CONTINUOUS, LATTICES, ROTATIONS, derived, lattice, system
 from motorspace.studies.rows import Row, chosen, with_worst
 from motorspace.studies.structure_figures import FIGURES
-from motorspace.studies.study import Budget, Study, Table, Target
+from motorspace.studies.study import Budget, Line, Study, Table, Target
 from motorspace.studies.tables import columns
 from motorspace.training.presets import PresetName
 
@@ -171,8 +171,19 @@ def _of_lattices(found: Sequence[Row]) -> list[Row]:
     return chosen(found, agent="lattice")
 
 
-def _of_one(found: Sequence[Row]) -> list[Row]:
-    return chosen(found, agent="forward", rotation=BASELINE_ROTATION)
+def _of_best(found: Sequence[Row]) -> list[Row]:
+    return chosen(_of_systems(found), variant="best")
+
+
+def headline(found: Sequence[Row]) -> list[Line]:
+    """What the first page shows: means of a few measures for the holonomic agent."""
+    shown = chosen(found, agent="holonomic", rotation=BASELINE_ROTATION)
+    order = ("raw-motors", "untrained", "supervised", "paper", "best")
+    placed = [row for name in order for row in chosen(shown, variant=name)]
+    heads = HEADS | {"trustworthiness.20": "trustworthiness"}
+    heads |= {"length_error.translation.24": "error at T = 24"}
+    heads |= {"prediction.error": "prediction error"}
+    return columns("variant", *HEADLINE, heads=heads, titles=TITLES | BOLD, means=True)(placed)
 
 
 def table(
@@ -184,12 +195,9 @@ def table(
 
 
 CELL = ("agent", "rotation", "variant")
-SHORT = (
-    "linear_r2.worst",
-    "equivalence_ratio",
-    "rank_correlation",
-    "normalised_topology_error",
-    "trustworthiness.20",
+HEADLINE = (
+    *("linear_r2.worst", "rank_correlation", "trustworthiness.20"),
+    *("length_error.translation.24", "prediction.error"),
 )
 FULL = (
     *("seeds", "linear_r2.worst", "equivalence_ratio", "equivalence_auc", "rank_correlation"),
@@ -216,9 +224,13 @@ IN_STANDARD_FORM = (
 STANDARD = [name for key in IN_STANDARD_FORM for name in (key, f"standard.{key}")]
 LENGTHS = tuple(f"length_error.translation.{length}" for length in (1, 2, 3, 6, 12, 24))
 HEADS = {"variant": "codes", "prediction.error": "error", "equivalence_auc": "AUC"}
+HEADS |= {"equivalence.undone": "there and back"}
 HEADS |= {"linear_r2.worst": "linear R²", "nonlinear_r2.worst": "nonlinear R²"}
 HEADS |= {key: f"T = {key.rpartition('.')[2]}" for key in LENGTHS}
-HEADS |= {key: key.partition(".")[2].replace("_", " ").replace(".", " ") for key in TURNS}
+HEADS |= {key: key.rpartition(".")[2].replace("_", " ") for key in TURNS[:2]}
+HEADS |= {"equivalence.head": "head"}
+HEADS |= {f"equivalence.full_turns.{n}": f"{n} full turn{'s' * (n != 1)}" for n in range(4)}
+BOLD = {"best": "**best**"}
 TITLES = {name: name.replace("-", " ") for name in (*FIXED, *LATTICES)}
 
 BEST = {"agent": CONTINUOUS, "variant": "best"}
@@ -250,17 +262,16 @@ STUDY = Study(
     | {name: partial(measured_baseline, name) for name in FIXED},
     rows=rows,
     tables={
-        "structure": table(_of_one, "variant", *SHORT),
-        "structure_full": table(_of_systems, *CELL, *FULL),
-        "structure_full_paper": table(_of_systems, *CELL, *FULL, budget="paper"),
-        "structure_lattice": table(_of_lattices, "variant", *FULL),
-        "structure_lattice_paper": table(_of_lattices, "variant", *FULL, budget="paper"),
+        "headline": Table(headline),
+        "structure": table(_of_systems, *CELL, *FULL),
+        "structure_paper_budget": table(_of_systems, *CELL, *FULL, budget="paper"),
+        "structure_lattice": table(_of_lattices, "variant", *FULL, budget="paper"),
+        "structure_lattice_fifth": table(_of_lattices, "variant", *FULL),
         "structure_shape": table(_of_systems, *CELL, *SHAPE),
         "structure_turns": table(_of_systems, *CELL, *TURNS),
         "structure_lengths": table(_of_systems, *CELL, *LENGTHS),
-        "structure_standard": table(
-            lambda found: chosen(_of_systems(found), variant="best"), *CELL[:2], *STANDARD
-        ),
+        "standard_form_short": table(_of_best, *CELL[:2], *STANDARD[:4]),
+        "standard_form": table(_of_best, *CELL[:2], *STANDARD),
     },
     targets=TARGETS,
     figures=FIGURES,

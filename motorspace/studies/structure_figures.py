@@ -189,9 +189,9 @@ def lengths_figure(rows: Sequence[Row], rotation: float = 0.8) -> "Figure":
 
 FIGURES = {
     "structure": structure_figure,
-    "structure-copies": copies_figure,
-    "structure-standard": standard_figure,
+    "structure-motors": copies_figure,
+    "structure-standard-form": standard_figure,
     "structure-turns": turns_figure,
-    "structure-sampled": sampled_figure,
+    "structure-turn-frequency": sampled_figure,
     "structure-lengths": lengths_figure,
 }

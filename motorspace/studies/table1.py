@@ -13,7 +13,7 @@ from motorspace.studies.cells import (
     untrained,
 )
 from motorspace.studies.rows import COMPONENTS, Row, Spread, chosen, with_worst
-from motorspace.studies.study import Budget, Line, Study, Table, Target
+from motorspace.studies.study import Budget, Study, Table, Target
 from motorspace.studies.tables import columns
 
 PUBLISHED = {
@@ -95,21 +95,11 @@ FULL = (
     "prediction.skill",
     "table1.published",
 )
-SHORT = (
-    "agent",
-    "rotation",
-    "prediction.error",
-    "table1.oracle",
-    "floor.error",
-    "table1.published",
-)
+SHORT = ("agent", "rotation", "prediction.error", "table1.oracle", "floor.error")
 PROBES = ("agent", "rotation", *(f"probe_r2.{component}" for component in COMPONENTS))
-HEADS = {"prediction.error": "error"} | {f"probe_r2.{c}": f"R² {c}" for c in COMPONENTS}
-
-
-def _headline(found: Sequence[Row]) -> list[Line]:
-    shown = [row for row in found if row.cell["rotation"] in (0.4, 0.8)]
-    return columns(*SHORT, heads=HEADS)(shown)
+HEADS = {"prediction.error": "error", "floor.error": "floor"}
+HEADS |= {"prediction.mean": "mean", "prediction.persistence": "persistence"}
+HEADS |= {f"probe_r2.{c}": f"R² {c}" for c in COMPONENTS}
 
 
 STUDY = Study(
@@ -121,9 +111,8 @@ STUDY = Study(
     beside=("floor",),
     rows=rows,
     tables={
-        "headline": Table(_headline),
-        "table1": Table(columns(*SHORT, heads=HEADS)),
-        "table1_full": Table(columns(*FULL, heads=HEADS)),
+        "table1_short": Table(columns(*SHORT, "prediction.persistence", heads=HEADS)),
+        "table1": Table(columns(*FULL, heads=HEADS)),
         "table1_probes": Table(columns(*PROBES, heads=HEADS)),
     },
     targets=(

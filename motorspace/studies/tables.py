@@ -11,14 +11,17 @@ from motorspace.reports.tables import markdown_table
 from motorspace.running.jobs import described
 from motorspace.running.store import Result, read_lines
 from motorspace.studies import targets
-from motorspace.studies.rows import SYMBOLS, Row, known_measure, rows_of, setting
+from motorspace.studies.rows import SYMBOLS, Row, Spread, known_measure, rows_of, setting
 from motorspace.studies.study import BUDGETS, Budget, Line, Study, studies, study_named
 
 EMPTY = "Not measured yet.\n"
 
 
 def columns(
-    *keys: str, heads: Mapping[str, str] = {}, titles: Mapping[Any, str] = {}
+    *keys: str,
+    heads: Mapping[str, str] = {},
+    titles: Mapping[Any, str] = {},
+    means: bool = False,
 ) -> Callable[[Sequence[Row]], list[Line]]:
     """What makes a table of rows, with a column for each key.
 
@@ -27,12 +30,14 @@ def columns(
             seeds), `"seeds"` or `"epochs"`.
         heads: {key: head of its column}; by default the label of the measure.
         titles: {value of a setting: what the table writes}.
+        means: Write means alone, without the interval.
     """
 
     def value(row: Row, key: str) -> Any:
         if key in row.cell:
             return titles.get(row.cell[key], setting(key, row.cell[key]))
-        return {"seeds": len(row.runs), "epochs": row.epochs}.get(key, row.get(key))
+        found = {"seeds": len(row.runs), "epochs": row.epochs}.get(key, row.get(key))
+        return found.mean if means and isinstance(found, Spread) else found
 
     def head(key: str) -> str:
         known = known_measure(key)
@@ -111,6 +116,7 @@ class Results:
                 own = [claim for claim in claims if claim.row.study == study.name]
                 lines[f"{study.name}_targets"] = targets.reached_lines(own)
                 lines[f"{study.name}_missed"] = targets.missed_lines(own)
+        lines["targets"] = targets.all_lines(claims)
         return {name: markdown_table(found) or EMPTY for name, found in lines.items()}
 
     def pictures(self) -> dict[str, bytes]:

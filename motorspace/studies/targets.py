@@ -117,3 +117,18 @@ def reached_lines(found: Iterable[Claim]) -> list[Line]:
         {"target": target, "cells": len(cells), "reached in": sum(claim.met for claim in cells)}
         for target, cells in by_target.items()
     ]
+
+
+def all_lines(found: Iterable[Claim]) -> list[Line]:
+    """Every claim, and whether it is met."""
+    return [
+        {
+            "study": claim.row.study,
+            "cell": claim.row.name,
+            "target": claim.sentence,
+            "measured": claim.measured,
+            "seeds": len(claim.measured.values),
+            "met": claim.met,
+        }
+        for claim in found
+    ]
