@@ -10,6 +10,8 @@ from motorspace._errors import UserError
 from motorspace.studies.rows import Row, Spread
 from motorspace.studies.study import Line, Study, Target
 
+UNKNOWN = "not known"
+
 
 @dataclass(frozen=True)
 class Claim:
@@ -72,20 +74,24 @@ def claims(study: Study, rows: Iterable[Row], reasons: Sequence[Reason] = ()) ->
         if row.study == study.name and row.matches(target.cells)
         if (measured := row.get(target.measure))
     ]
-    return [claim if claim.met else replace(claim, reason=_why(claim, reasons)) for claim in made]
+    return [explained(claim, reasons) for claim in made]
 
 
-def _why(claim: Claim, reasons: Sequence[Reason]) -> str:
-    return next((known.reason for known in reasons if known.explains(claim)), "not known")
+def explained(claim: Claim, reasons: Sequence[Reason]) -> Claim:
+    """The claim with the reason why it is missed, if it is."""
+    if claim.met:
+        return claim
+    known = (reason.reason for reason in reasons if reason.explains(claim))
+    return replace(claim, reason=next(known, UNKNOWN))
 
 
 def complaints(found: Sequence[Claim], reasons: Sequence[Reason]) -> list[str]:
     """A sentence for each missed target without a reason, and each reason without such a one."""
     missed = [claim for claim in found if not claim.met]
     return [
-        f"{claim.row.study}, {claim.row.name}: no reason why {claim.target.claim} is missed"
+        f"{claim.row.study} {claim.row.name}: no reason why {claim.target.claim} is missed"
         for claim in missed
-        if claim.reason == "not known"
+        if claim.reason == UNKNOWN
     ] + [
         f"{known.study}: nothing is missed that the reason for {known.claim!r} explains"
         for known in reasons
