@@ -9,7 +9,7 @@ import jax.numpy as jnp
 
 from benchmarks.harness import Contender, Launch, report, take_turns
 from motorspace import RangeFan, WalledWorld
-from motorspace.worlds.layouts import random_rooms
+from motorspace.worlds.rooms import random_rooms
 
 NUM_POSES, NUM_WALLS = 16_384, 10_000
 SIDE = 800.0
@@ -23,7 +23,7 @@ def main() -> None:
     assert len(indexed.walls) >= NUM_WALLS
     plain = WalledWorld(indexed.walls, indexed.solids, indexed.bounds)
     keys = jax.random.split(jax.random.key(1), NUM_POSES)
-    poses = jax.jit(jax.vmap(lambda key: indexed.draw(key=key)))(keys)
+    poses = jax.jit(jax.vmap(lambda key: indexed.random_pose(key=key)))(keys)
     fan = RangeFan()
     sense = eqx.filter_jit(lambda world: fan.sense(world, poses))
     contenders = [

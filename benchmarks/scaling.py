@@ -21,7 +21,6 @@ from benchmarks.__main__ import OUT, machine
 from benchmarks.harness import best_seconds
 from benchmarks.whole_table import side_by_side
 from motorspace import (
-    ForwardAgent,
     Pose,
     RangeFan,
     RunConfig,
@@ -34,7 +33,8 @@ from motorspace._files import write_json
 from motorspace.experiments.paper import FORWARD
 from motorspace.training.fit import init, train_epoch, train_epoch_together
 from motorspace.trajectories.sampling import CHUNK_SIZE, SamplingPlan, simulate
-from motorspace.worlds.layouts import random_rooms
+from motorspace.worlds.rooms import random_rooms
+from motorspace.worlds.scenario import Scenario
 
 ONE_THREAD = "--xla_cpu_multi_thread_eigen=false"
 PICTURE = Path("docs/pictures/scaling.png")
@@ -180,7 +180,7 @@ def updates(what: str, value: int, config: RunConfig, batch: int) -> dict[str, A
 def trajectories(horizon: int, num: int) -> dict[str, Any]:
     lengths = jnp.array(horizon), jnp.array(horizon)
     plan = SamplingPlan(num, horizon, "resample")
-    given, key = (layout("paper"), ForwardAgent(), RangeFan(), plan, lengths), jax.random.key(0)
+    given, key = (Scenario(), plan, lengths), jax.random.key(0)
     drawn = simulate.lower(*given, key=key).compile()
     seconds = best_seconds(lambda: jax.block_until_ready(drawn(*given, key=key)))
     return row("horizon", horizon, seconds / num, memory(drawn.compiled) / num)
@@ -188,7 +188,7 @@ def trajectories(horizon: int, num: int) -> dict[str, Any]:
 
 def scans(what: str, value: int, world: WalledWorld, fan: RangeFan, num: int) -> dict[str, Any]:
     keys = jax.random.split(jax.random.key(1), num)
-    poses: Pose = jax.jit(jax.vmap(lambda key: world.draw(key=key)))(keys)
+    poses: Pose = jax.jit(jax.vmap(lambda key: world.random_pose(key=key)))(keys)
     sense = jax.jit(lambda poses: fan.sense(world, poses)).lower(poses).compile()
     seconds = best_seconds(lambda: jax.block_until_ready(sense(poses)))
     return row(what, value, seconds / num, memory(sense) / num)

@@ -13,7 +13,7 @@ import torch
 from benchmarks.harness import Contender, Launch, report, take_turns
 from benchmarks.roofline import compiled
 from benchmarks.sensing import FAN, LAYOUT, MAX_RANGE, NUM_RAYS, vmas_world
-from motorspace import ForwardAgent, RangeFan, WalledWorld, layout, sample
+from motorspace import ForwardAgent, RangeFan, Scenario, WalledWorld, layout, sample
 
 NUM, HORIZON = 65_536, 6
 BATCHES = (1_024, 8_192)
@@ -38,7 +38,9 @@ def motorspace(world: WalledWorld) -> Contender:
     agent, fan, key = ForwardAgent(), RangeFan(NUM_RAYS, MAX_RANGE), jax.random.key(0)
 
     def run() -> None:
-        jax.block_until_ready(sample(world, agent, fan, num=NUM, horizon=HORIZON, key=key))
+        jax.block_until_ready(
+            sample(Scenario(world, agent, fan), num=NUM, horizon=HORIZON, key=key)
+        )
 
     return Contender("motorspace", run, NUM)
 

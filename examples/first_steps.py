@@ -13,7 +13,7 @@ config = ms.RunConfig(
 run = ms.train(config, ms.fresh_experience(config), ms.simulation_scaling(config))
 
 world, agent, sensor = config.simulation.build()
-test = ms.sample(world, agent, sensor, num=2000, horizon=3, key=jax.random.key(1))
+test = ms.sample(ms.Scenario(world, agent, sensor), num=2000, horizon=3, key=jax.random.key(1))
 codes = run.encode(test.experience.motors)
 targets = displacement_targets(test.displacements.achieved)
 r2 = linear_probe(codes[:1000], targets[:1000], codes[1000:], targets[1000:])

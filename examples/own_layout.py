@@ -15,6 +15,6 @@ with tempfile.TemporaryDirectory() as folder:
     world = ms.layout(str(file))
 
 trajectories = ms.sample(
-    world, ms.HolonomicAgent(), ms.RangeFan(), num=5, horizon=6, key=jax.random.key(0)
+    ms.Scenario(world, ms.HolonomicAgent()), num=5, horizon=6, key=jax.random.key(0)
 )
 print(trajectories.displacements.achieved)

@@ -69,6 +69,8 @@ class Builtin:
     module: str
     name: str
     parameters: tuple[Parameter, ...] = ()
+    light: bool = False
+    """Whether its module imports nothing heavy, so that the class itself may be asked."""
 
 
 class Registry(Generic[T]):
@@ -113,7 +115,8 @@ class Registry(Generic[T]):
             return
         near = get_close_matches(kind, self.names, 1)
         raise UserError(
-            f"there is no {self.family} named {kind!r}" + (f" (perhaps {near[0]!r})" * bool(near)),
+            f"there is no {self.family} named {kind!r}"
+            + "".join(f" (perhaps {name!r})" for name in near),
             where=where,
             remedy=f"choose one of {', '.join(self.names)}, or import the module that registers it"
             " (on the command line: --import MODULE)",
@@ -122,9 +125,9 @@ class Registry(Generic[T]):
     def parameters(self, kind: str) -> tuple[Parameter, ...]:
         """The options of a kind; those of motorspace's own classes without importing them."""
         self.check(kind)
-        if kind in self._builtins:
+        if kind in self._builtins and not self._builtins[kind].light:
             return self._builtins[kind].parameters
-        return parameters_of(self._added[kind])
+        return parameters_of(self.class_of(kind))
 
     def part(self, kind: str, options: Mapping[str, Any] = {}, *, where: object = None) -> Part:
         """The part with these options, and the defaults of all others.
@@ -181,7 +184,10 @@ def parameters_of(described: type) -> tuple[Parameter, ...]:
     A field whose metadata hold {"in_pi": True} is written in units of pi on the command line, one
     with {"positive": True} must be above zero.
     """
-    docs, hints = field_docstrings(described), get_type_hints(described)
+    docs: dict[str, str] = {}
+    for ancestor in filter(dataclasses.is_dataclass, reversed(described.__mro__)):
+        docs |= field_docstrings(ancestor)
+    hints = get_type_hints(described)
     return tuple(
         Parameter(
             name=field.name,
@@ -190,7 +196,7 @@ def parameters_of(described: type) -> tuple[Parameter, ...]:
             choices=_choices(hints.get(field.name)),
             in_pi=bool(field.metadata.get("in_pi", False)),
             positive=bool(field.metadata.get("positive", False)),
-            type=_type(hints.get(field.name)),
+            type=_type(hints.get(field.name)) if _default(field) is None else None,
         )
         for field in dataclasses.fields(described)
         if field.init

@@ -79,6 +79,8 @@ class Pose(eqx.Module):
         return self.heading + self.head
 
     @property
-    def frame(self) -> tuple[Float[Array, "*batch"], Float[Array, "*batch"], Float[Array, "*batch"]]:
+    def frame(
+        self,
+    ) -> tuple[Float[Array, "*batch"], Float[Array, "*batch"], Float[Array, "*batch"]]:
         """The frame (x, y, gaze) of the part that carries the sensors; see `motorspace.se2`."""
         return self.x, self.y, self.gaze

@@ -39,7 +39,7 @@ def test_the_contract_holds(copy):
 @pytest.mark.parametrize(
     ("module", "forbidden"),
     [
-        ("worlds/geometry.py", "motorspace.trajectories"),
+        ("worlds/walls.py", "motorspace.trajectories"),
         ("trajectories/sampling.py", "motorspace.training"),
         ("analysis/probes.py", "motorspace.training.runs"),
         ("_types.py", "motorspace.worlds"),

@@ -1,1 +1,1 @@
-"""Is it organised? Measures that work on anybody's codes and displacements."""
+"""Measure: how the structure of codes follows that of displacements, on anybody's arrays."""

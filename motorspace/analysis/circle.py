@@ -14,12 +14,18 @@ MOST_LOOP_POINTS = 300
 
 
 def winding_number(codes: Points, turns: Angles) -> float:
-    """How often the codes go around while orientation goes around once: 1 or -1 is a circle.
+    """Returns how often codes go around while orientation goes around once.
 
     The mean codes of `NUM_BINS` equal ranges of orientation, on the plane of their first two
-    principal components, make a closed path; what counts is its angle about its centre. 0 when
-    some range holds no code, so that the orientations themselves do not close, and for codes of
-    one column.
+    principal components, make a closed path; its angle about its centre is counted.
+
+    Args:
+        codes: [N, C].
+        turns: [N] orientation changes, radians.
+
+    Returns:
+        A whole number: 1 or -1 for a circle. 0 when some range holds no code, so that the
+        orientations themselves do not close, and for codes of one column.
     """
     bins = np.floor((turns + np.pi) / (2 * np.pi) * NUM_BINS).astype(int) % NUM_BINS
     counts = np.bincount(bins, minlength=NUM_BINS)
@@ -32,34 +38,50 @@ def winding_number(codes: Points, turns: Angles) -> float:
 
 
 def circular_correlation(decoded: Angles, turns: Angles) -> float:
-    """Correlation of two angles (Jammalamadaka and SenGupta, 2001): 1 for equal ones."""
+    """Returns the correlation of two angles [N]: 1 for equal ones.
+
+    Jammalamadaka and SenGupta, Topics in Circular Statistics, 2001.
+    """
     a, b = np.sin(decoded - mean_angle(decoded)), np.sin(turns - mean_angle(turns))
     return float((a * b).sum() / np.sqrt(max((a**2).sum() * (b**2).sum(), 1e-12)))
 
 
 def circular_error(decoded: Angles, turns: Angles) -> float:
-    """Mean absolute difference of two angles, degrees; 90 for random ones."""
+    """Returns the mean absolute difference of two angles [N] in degrees; 90 for random ones.
+
+    Example:
+        >>> circular_error(np.array([np.pi]), np.array([-np.pi / 2]))
+        90.0
+    """
     return float(np.degrees(np.abs(wrapped(decoded - turns)).mean()))
 
 
 def mean_angle(angles: Angles) -> float:
-    """The direction of the sum of unit vectors, radians."""
+    """Returns the direction of the sum of unit vectors, radians."""
     return float(np.arctan2(np.sin(angles).sum(), np.cos(angles).sum()))
 
 
 def wrapped(angles: Angles) -> Angles:
-    """The same angles in [-pi, pi)."""
+    """Returns the same angles in [-pi, pi)."""
     return (angles + np.pi) % (2 * np.pi) - np.pi
 
 
 def seam_gap(codes: Points, points: Points, turns: Angles, *, width: float = 0.3) -> float:
-    """How far apart codes lie across half a turn, relative to as near ones on the same side.
+    """Returns how far apart codes lie across half a turn, relative to codes beside it.
 
     Of every code whose orientation change is within `width` radians below half a turn: the distance
-    to the code of the displacement (a row of `points`) nearest to its own just beyond, where
-    angles begin anew, over that to the nearest on its own side, each relative to how far the
-    displacements are apart. 1: orientation has closed; far above 1: it is torn open there. NaN with
-    fewer than ten codes on either side.
+    to the code of the displacement nearest to its own just beyond, where angles begin anew, over
+    that to the nearest on its own side, each relative to how far the displacements are apart.
+
+    Args:
+        codes: [N, C].
+        points: [N, P], the coordinates of the displacements.
+        turns: [N] orientation changes, radians in (-pi, pi].
+        width: Radians on either side of half a turn.
+
+    Returns:
+        1 where orientation closes, far above 1 where it is torn open; NaN with fewer than ten
+        codes on either side.
     """
     before, beyond = np.flatnonzero(turns > np.pi - width), np.flatnonzero(turns < width - np.pi)
     if min(len(before), len(beyond)) < 10:
@@ -81,11 +103,16 @@ def _stretch(
 
 
 def loop_persistence(codes: Points) -> float:
-    """How clearly the codes have one hole: (longest - second longest H1 bar) / longest death.
+    """Returns how clearly the codes have one hole: (longest - second H1 bar) / longest death.
 
-    Bars of the Vietoris-Rips filtration (Edelsbrunner and Harer, 2010), of at most
-    `MOST_LOOP_POINTS` codes. Near 1 for a circle; near 0 for a disc, a line, or two holes that
-    are alike. Give codes of small translation: others fill the hole. Needs the extra `topology`.
+    Bars of the Vietoris-Rips filtration of at most `MOST_LOOP_POINTS` codes (Edelsbrunner and
+    Harer, Computational Topology, 2010). Needs the extra `topology`.
+
+    Args:
+        codes: [N, C], of small translation: others fill the hole.
+
+    Returns:
+        Near 1 for a circle; near 0 for a disc, a line, or two holes that are alike.
     """
     import gudhi
 

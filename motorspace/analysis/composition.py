@@ -18,12 +18,19 @@ NUM_BILINEAR = 20
 
 
 def composition_errors(first: Points, second: Points, both: Points) -> dict[str, float]:
-    """How well one map C(h(a), h(b)) = h(a b) does: E |C - h(a b)|^2 / Var h(a b), held out.
+    """Returns how well maps C(h(a), h(b)) = h(a b) do: E |C - h(a b)|^2 / Var h(a b), held out.
 
-    Row i of `first`, `second` and `both` are the codes of a_i, b_i and of a_i followed by b_i.
-    C is linear, bilinear (with products of the codes' first `NUM_BILINEAR` principal components)
-    or a network of two layers, fitted on the first half of the rows and tested on the other. 0 is
-    perfect, 1 no better than the mean.
+    C is fitted on the first half of the rows and tested on the other.
+
+    Args:
+        first: [N, C], the codes of sequences a.
+        second: [N, C], the codes of sequences b.
+        both: [N, C], the codes of each a followed by its b.
+
+    Returns:
+        The error of a `linear` map, of a `bilinear` one (with products of the codes' first
+        `NUM_BILINEAR` principal components), and of a `network` of two layers. 0 is perfect, 1 no
+        better than the mean.
     """
     reduced = [
         pca(codes, min(NUM_BILINEAR, codes.shape[1])).coordinates for codes in (first, second)
@@ -42,7 +49,7 @@ def composition_errors(first: Points, second: Points, both: Points) -> dict[str,
 
 
 def _held_out(model: object, inputs: Points, targets: Points) -> float:
-    """Its mean squared error on the second half, relative to the targets' variance."""
+    """The mean squared error of a model on the second half, relative to the targets' variance."""
     half = len(inputs) // 2
     level, scale = targets[:half].mean(axis=0), targets[:half].std()
     with warnings.catch_warnings():
@@ -55,10 +62,15 @@ def _held_out(model: object, inputs: Points, targets: Points) -> float:
 
 
 def congruence_error(composed: Points, exchanged: Points) -> float:
-    """E |h(a b) - h(a' b)| / E |h(a b) - h(c d)|, where a' has the code nearest to that of a.
+    """Returns E |h(a b) - h(a' b)| / E |h(a b) - h(c d)|, where a' has the code nearest to a's.
 
-    `composed` are the codes h(a b), `exchanged` h(a' b), or h(b a) and h(b a') for the other
-    side. 0: the code says all that matters of what goes before (or after); 1: nothing.
+    Args:
+        composed: [N, C], the codes h(a b), or h(b a) for the other side.
+        exchanged: [N, C], the codes h(a' b), or h(b a').
+
+    Returns:
+        0 where a code holds all that matters of what goes before (or after), 1 where it holds
+        nothing.
     """
     near = np.linalg.norm(composed - exchanged, axis=1).mean()
     far = np.linalg.norm(composed - np.roll(composed, 1, axis=0), axis=1).mean()
@@ -66,7 +78,7 @@ def congruence_error(composed: Points, exchanged: Points) -> float:
 
 
 def nearest_other(codes: Float[np.ndarray, "N C"]) -> np.ndarray:
-    """For every row the index of the nearest other one."""
+    """Returns for every row of codes [N, C] the index of the nearest other one."""
     from sklearn.neighbors import NearestNeighbors
 
     return np.asarray(NearestNeighbors(n_neighbors=1).fit(codes).kneighbors(return_distance=False))[

@@ -24,10 +24,16 @@ class Coordinates(NamedTuple):
 def displacement_coordinates(
     displacements: Float[Numbers, "N 3"], *, weight: float | None = None
 ) -> Coordinates:
-    """(longitudinal, lateral, w cos, w sin), by default with the w of equal variances.
+    """Returns displacements as points (longitudinal, lateral, w cos, w sin).
 
-    That w gives cos and sin together as much variance as the two translations have, so that
-    neither alone decides which displacements are near each other.
+    Args:
+        displacements: [N, 3]: longitudinal, lateral (world units), orientation change (radians).
+        weight: The w. By default cos and sin together have as much variance as the two
+            translations, so that neither alone decides which displacements are near each other.
+
+    Example:
+        >>> displacement_coordinates(np.array([[1.0, 2.0, 0.0]]), weight=3.0).points
+        array([[1., 2., 3., 0.]])
     """
     longitudinal, lateral, turn = np.asarray(displacements, np.float64).T
     translation = np.stack([longitudinal, lateral], axis=1)

@@ -48,7 +48,7 @@ def components_for(codes: Points, *, share: float = 0.95) -> int:
     return int(np.searchsorted(power, share * power[-1] * (1 - 1e-12))) + 1
 
 
-def _apart(points: Points, tolerance: float) -> Points:
+def _apart(points: Points, tolerance: float) -> Float[np.ndarray, "_ _"]:
     """The points without those that lie within `tolerance`, in every unit, of an earlier one."""
     from scipy.spatial import cKDTree
 

@@ -13,22 +13,40 @@ SHARPNESS = 50.0
 
 
 def topology_error(codes: Distances, displacements: Distances) -> float:
-    """D_topo = mean(|h_i - h_j| / max|h| exp(-alpha |p_i - p_j| / max|p|)), alpha = 50.
+    """Returns D_topo = mean(|h_i - h_j| / max|h| exp(-alpha |p_i - p_j| / max|p|)), alpha = 50.
 
-    As published (Laflaquière and Garcia Ortiz, NeurIPS 2019): displacements that are near each
-    other must have codes that are. 0 is perfect. It depends on how the displacements are
-    spread, and on the largest distance alone, so compare it on the same sample only.
+    Displacements that are near each other must have codes that are. As published (Laflaquière and
+    Garcia Ortiz, NeurIPS 2019). It depends on how the displacements are spread, and on the
+    largest distance alone, so compare it on the same sample only.
+
+    Args:
+        codes: [J] distances of pairs of codes.
+        displacements: [J] distances of the same pairs of displacements.
+
+    Returns:
+        0 is perfect; NaN where all codes are equal.
     """
+    if not codes.any():
+        return float("nan")
     return float(np.mean(codes / codes.max() * _nearness(displacements)))
 
 
 def normalised_topology_error(codes: Distances, displacements: Distances) -> float:
-    """(D(h) - D(p)) / (1 - D(p)), D(x) = sum(w |x_i - x_j|) / sum(w) / mean(|x_i - x_j|).
+    """Returns (D(h) - D(p)) / (1 - D(p)), D(x) = sum(w |x_i - x_j|) / sum(w) / mean(|x_i - x_j|).
 
-    The same weights w as in `topology_error`. Random codes have 1, and an isometry has 0:
-    displacements do not share a place either, so that D(p) is what perfect codes reach. Below
-    0 for codes that draw near displacements nearer than they are.
+    With the weights w of `topology_error`. Displacements do not share a place either: D(p) is what
+    perfect codes reach.
+
+    Args:
+        codes: [J] distances of pairs of codes.
+        displacements: [J] distances of the same pairs of displacements.
+
+    Returns:
+        0 for an isometry, 1 for random codes, below 0 for codes that draw near displacements
+        nearer than they are; NaN where all codes are equal.
     """
+    if not codes.any():
+        return float("nan")
     weights = _nearness(displacements)
 
     def level(distances: Distances) -> float:
@@ -43,18 +61,22 @@ def _nearness(displacements: Distances) -> Distances:
 
 
 def metric_error(decoded: Distances, displacements: Distances) -> float:
-    """D_metric = mean(| |q_i - q_j| - |p_i - p_j| |) / max|p_i - p_j|, q = A h + b.
+    """Returns D_metric = mean(| |q_i - q_j| - |p_i - p_j| |) / max|p_i - p_j|, q = A h + b.
 
-    As published (Laflaquière and Garcia Ortiz, NeurIPS 2019), with `decoded` the distances of
-    displacements that a linear map reads off the codes. The map is to be fitted elsewhere.
+    As published (Laflaquière and Garcia Ortiz, NeurIPS 2019).
+
+    Args:
+        decoded: [J] distances of displacements that a linear map decodes from the codes; fit it on
+            other points.
+        displacements: [J] distances of the true displacements.
     """
     return float(np.mean(np.abs(decoded - displacements)) / displacements.max())
 
 
 def rank_correlations(*distances: Distances) -> Float[np.ndarray, "V V"]:
-    """Spearman's correlation of every two kinds of distances over the same pairs.
+    """Returns Spearman's correlation of every two of V kinds of distances [J] of the same pairs.
 
-    Distances that are all equal, as those of a dead code, have none with any other: 0.
+    Distances that are all equal, as those of collapsed codes, have 0 with any other.
     """
     from scipy.stats import rankdata
 
@@ -66,16 +88,16 @@ def rank_correlations(*distances: Distances) -> Float[np.ndarray, "V V"]:
 
 
 def partial(correlations: Float[np.ndarray, "3 3"]) -> float:
-    """Correlation of the first two variables with the third held fixed.
+    """Returns the correlation of the first two variables with the third held fixed.
 
-    (r_12 - r_13 r_23) / sqrt((1 - r_13^2) (1 - r_23^2)) (Fisher, 1924), here of ranks.
+    (r_12 - r_13 r_23) / sqrt((1 - r_13^2) (1 - r_23^2)); Fisher, 1924.
     """
     r12, r13, r23 = correlations[0, 1], correlations[0, 2], correlations[1, 2]
     return float((r12 - r13 * r23) / np.sqrt(max((1 - r13**2) * (1 - r23**2), 1e-12)))
 
 
 def semipartial(correlations: Float[np.ndarray, "3 3"]) -> float:
-    """Correlation of the first variable with what the third leaves open of the second.
+    """Returns the correlation of the first variable with what the third leaves open of the second.
 
     (r_12 - r_13 r_23) / sqrt(1 - r_23^2); its square is what the second explains of the first
     beyond the third. Unlike `partial`, which correlates what is left even where next to nothing
@@ -86,7 +108,7 @@ def semipartial(correlations: Float[np.ndarray, "3 3"]) -> float:
 
 
 def centred_distances(points: Points) -> Distances:
-    """Euclidean distances of all pairs."""
+    """Returns the Euclidean distances [J] of all pairs of points [N, P]."""
     from scipy.spatial.distance import pdist
 
     return np.asarray(pdist(points - points.mean(axis=0)))

@@ -16,7 +16,12 @@ NUM_CANDIDATES = 64
 
 
 def equal_rows(values: Float[np.ndarray, "N D"], *, decimals: int = 3) -> Labels:
-    """A label for every row that occurs, rounded; -1 for those that occur once."""
+    """Returns a label for every row [D] that occurs, rounded; -1 for those that occur once.
+
+    Example:
+        >>> equal_rows(np.array([[1.0], [2.0], [1.0]]))
+        array([ 0, -1,  0])
+    """
     index = _numbered(np.round(values, decimals) + 0.0)
     return np.where(np.bincount(index)[index] > 1, index, -1)
 
@@ -24,9 +29,15 @@ def equal_rows(values: Float[np.ndarray, "N D"], *, decimals: int = 3) -> Labels
 def within_to_total_variance(
     codes: Float[Numbers, "N C"], groups: Float[Numbers, "N ..."]
 ) -> float:
-    """Share of the codes' variance that lies within groups of equal label; 0 is organised.
+    """Returns the share of the codes' variance that lies within groups of equal label.
 
-    A label is a row of `groups`, rounded to a thousandth. NaN for codes that do not vary.
+    Args:
+        codes: [N, C].
+        groups: [N, ...]; a label is a row, rounded to a thousandth.
+
+    Returns:
+        0 where every group shares a code, 1 where groups make no difference; NaN for codes that
+        do not vary.
     """
     x = np.asarray(codes, np.float64)
     labels = np.round(np.asarray(groups, np.float64).reshape(len(x), -1), 3) + 0.0
@@ -35,11 +46,24 @@ def within_to_total_variance(
 
 
 def equivalence_ratio(codes: Points, groups: Labels) -> float:
-    """Mean squared distance within groups over that of all pairs: 0 is perfect, 1 is none.
+    """Returns the mean squared distance of codes within groups over that of all pairs.
 
     E_g E_{i,j in g} |h_i - h_j|^2 / E_{i,j} |h_i - h_j|^2, both without the pairs of a code and
     itself. The total is that of all codes given, so that it does not depend on how many are
-    in a group. NaN without groups or for codes that do not vary.
+    in a group.
+
+    Args:
+        codes: [N, C].
+        groups: [N]; negative for codes of no group.
+
+    Returns:
+        0 where equivalent sequences share a code, 1 where their codes are unrelated; NaN without
+        groups or for codes that do not vary.
+
+    Example:
+        >>> codes = np.array([[0.0], [0.0], [1.0], [1.0]])
+        >>> equivalence_ratio(codes, np.array([0, 0, 1, 1]))
+        0.0
     """
     total = 2 * codes.var(axis=0, ddof=1).sum()
     grouped = groups >= 0
@@ -53,11 +77,21 @@ def equivalence_ratio(codes: Points, groups: Labels) -> float:
 
 
 def equivalence_auc(codes: Points, motors: Points, groups: Labels, *, seed: int = 0) -> float:
-    """Area under the ROC curve for telling equivalent pairs by the distance of their codes.
+    """Returns the area under the ROC curve for telling equivalent pairs by their codes' distance.
 
     Each equivalent pair (i, j) is set against a pair (i, k) of another group whose motor
-    distance is the nearest to its own among `NUM_CANDIDATES` random ones, so that a code that
-    copies the motor commands gains nothing: it has 0.5, as a dead code has. 1 is perfect.
+    distance is the nearest to its own among `NUM_CANDIDATES` random ones, so that codes that
+    copy the motor commands gain nothing.
+
+    Args:
+        codes: [N, C].
+        motors: [N, M], the motor commands behind each code.
+        groups: [N]; negative for codes of no group.
+        seed: Seed of the pairs and candidates.
+
+    Returns:
+        1 where equivalent pairs are nearest, 0.5 for copies of the motors and for collapsed
+        codes; NaN without pairs.
     """
     from sklearn.metrics import roc_auc_score
 
@@ -72,7 +106,7 @@ def equivalence_auc(codes: Points, motors: Points, groups: Labels, *, seed: int 
     off[own] = np.inf
     third = candidates[np.arange(len(first)), off.argmin(axis=1)]
     distances = np.concatenate([_distance(codes, first, second), _distance(codes, first, third)])
-    # Distances that differ by rounding alone are equal: a dead code must not seem to tell.
+    # Distances that differ by rounding alone are equal: collapsed codes must not seem to tell.
     distances = np.round(distances / max(distances.max(), 1e-30), 9)
     equivalent = np.repeat([1, 0], len(first))
     return float(roc_auc_score(equivalent, -distances))

@@ -14,7 +14,7 @@ LARGEST, SMALLEST = 1e50, 1e-50
 """Beyond these, products of squared distances leave the range of float64."""
 ORDINARY = 1e4
 """Codes that spread by less, and by more than its inverse, are measured as they are."""
-ROUNDED = 4
+ROUNDED = 16
 """Codes that vary by no more than this many roundings do not vary."""
 SHARE_IN_DEGREES = 0.1
 """Share of turns beyond a full one from which on they look like degrees."""
@@ -122,9 +122,9 @@ def _rows(values: ArrayLike, name: str) -> Points:
     """One row of float64 for each sequence."""
     array = _numbers(values, name)
     if array.ndim < 2:
-        what = "a single number" if array.ndim == 0 else f"of shape {array.shape}"
+        what = f"have the shape {array.shape}" if array.ndim else "are a single number"
         raise UserError(
-            f"the {name} are {what}",
+            f"the {name} {what}",
             remedy="give one row for every sequence; a single column has the shape (N, 1)",
         )
     if array.size == 0:
@@ -158,7 +158,7 @@ def _numbers(values: ArrayLike, name: str) -> np.ndarray:
             f"the {name} are no array ({reason})", remedy="give rows of equally many numbers"
         ) from None
     if array.dtype.kind not in "fiub":
-        kind = "complex numbers" if array.dtype.kind == "c" else f"{array.dtype} and no numbers"
+        kind = "complex numbers" if array.dtype.kind == "c" else f"{array.dtype}, not real numbers"
         remedy = "give real numbers, for example array.astype(float)"
         if array.dtype.kind == "c":
             remedy = "give real and imaginary parts as columns of their own"

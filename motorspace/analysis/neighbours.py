@@ -6,10 +6,10 @@ from motorspace.analysis.coordinates import Points
 
 
 def trustworthiness(codes: Points, displacements: Points, *, k: int) -> float:
-    """1 - 2 / (n k (2n - 3k - 1)) sum_i sum_{j near i in codes alone} (rank(i, j) - k).
+    """Returns whether the `k` nearest codes are near in displacement: 1 if so, about 0.5 if random.
 
-    Venna and Kaski (2001): how far off in displacement a code's k nearest codes are. 1 is
-    perfect, random codes have about 0.5.
+    1 - 2 / (n k (2n - 3k - 1)) sum_i sum_{j near i in codes alone} (rank(i, j) - k); Venna and
+    Kaski, 2001.
     """
     from sklearn.manifold import trustworthiness as of_embedding
 
@@ -17,7 +17,7 @@ def trustworthiness(codes: Points, displacements: Points, *, k: int) -> float:
 
 
 def continuity(codes: Points, displacements: Points, *, k: int) -> float:
-    """The same with codes and displacements exchanged: what the codes have torn apart."""
+    """Returns whether the `k` nearest displacements are near among the codes, on the same scale."""
     return trustworthiness(displacements, codes, k=k)
 
 
@@ -31,9 +31,15 @@ class NeighbourError(NamedTuple):
 
 
 def neighbour_error(codes: Points, displacements: Points, *, k: int = 5) -> NeighbourError:
-    """1 / (n k) sum_i sum_{j in kNN(i)} |p_i - p_j|^2 (KNN-MSE; Raffin et al., 2018), relative.
+    """Returns 1 / (n k) sum_i sum_{j in kNN(i)} |p_i - p_j|^2 relative to two others.
 
-    The mean over random pairs is twice the displacements' variance, with no need to draw any.
+    KNN-MSE (Raffin et al., S-RL Toolbox, 2018). The mean over random pairs is twice the
+    displacements' variance, with no need to draw any.
+
+    Args:
+        codes: [N, C].
+        displacements: [N, P], as points.
+        k: How many nearest codes of each.
     """
     error = _spread_of_neighbours(codes, displacements, k)
     floor = _spread_of_neighbours(displacements, displacements, k)

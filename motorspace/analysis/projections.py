@@ -15,9 +15,10 @@ class Projection:
 
 
 def pca(codes: Float[Array | np.ndarray, "N C"], num_components: int = 3) -> Projection:
-    """Codes on their principal components, largest variance first.
+    """Returns codes [N, C] on their principal components, largest variance first.
 
-    Each component's sign makes its largest loading positive, so that two calls agree.
+    Each component's sign makes its largest loading positive, so that two calls agree. Codes of
+    fewer units than `num_components` have as many components as units.
     """
     x = np.asarray(codes, np.float64)
     centred = x - x.mean(axis=0)
@@ -33,7 +34,10 @@ def pca(codes: Float[Array | np.ndarray, "N C"], num_components: int = 3) -> Pro
 def ica(
     codes: Float[Array | np.ndarray, "N C"], num_components: int = 3, *, seed: int = 0
 ) -> Float[np.ndarray, "N P"]:
-    """Independent components of codes (FastICA; Hyvärinen and Oja, 2000), unit variance."""
+    """Returns independent components [N, P] of codes, of unit variance.
+
+    FastICA (Hyvärinen and Oja, 2000).
+    """
     from sklearn.decomposition import FastICA
 
     separate = FastICA(num_components, random_state=seed, whiten="unit-variance", max_iter=1000)

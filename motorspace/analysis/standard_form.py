@@ -8,17 +8,21 @@ Matrices = Float[np.ndarray, "K n n"]
 
 
 def standard_form(codes: Codes, transitions: Matrices, readouts: Matrices) -> Codes:
-    """The codes of a `GroupEncoder` [N, n (n - 1)] with unit, body point and readout standardised.
+    """Returns the codes of a `MatrixProductEncoder` with unit, body point and readout standardised.
 
     Codes are products A(m_1) ... A(m_T) H(m_T). With constant matrices S and K in them,
-    S A S^-1 and S H K, they tell a predictor the same: which S and K a network has is chance. Here
+    S A S^-1 and S H K, they hold the same for a predictor: which S and K a network has is chance.
+    In standard form
 
     - H is the identity in the mean over commands,
     - translation is that of the point of the body whose shift by a command, seen from where it
       ends (that is, in A^-1), is uncorrelated with how the command turns,
     - the unit of length is the one in which translation varies as much as the linear part.
 
-    `transitions` and `readouts` are A and H of K random commands.
+    Args:
+        codes: [N, n (n - 1)], the first n - 1 rows of each product.
+        transitions: [K, n, n], A of K random commands.
+        readouts: [K, n, n], H of the same commands.
     """
     num, size = len(codes), transitions.shape[-1]
     product = np.broadcast_to(np.eye(size), (num, size, size)).copy()

@@ -114,7 +114,7 @@ def variance(sample: Sample) -> Estimates:
     return {
         "total_code_variance": Estimate(h.var(axis=0).sum() * sample.scale**2),
         "participation_ratio": Estimate(dimension.participation_ratio(h)),
-        "components_95": Estimate(dimension.components_for(h)),
+        "components_95": Estimate(float(dimension.components_for(h))),
     }
 
 

@@ -3,6 +3,7 @@
 import argparse
 import shlex
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from motorspace._errors import UserError
@@ -10,7 +11,7 @@ from motorspace._files import write_json
 from motorspace.cli.parsing import CommandParser, Usage, existing, note
 from motorspace.cli.show import show
 from motorspace.training import folder as run_folder
-from motorspace.training.data import Derived, Given, Logged
+from motorspace.training.data import Derived, Given, Logged, base_of
 
 
 def configure(parser: CommandParser, words: Sequence[str]) -> None:
@@ -41,7 +42,7 @@ def run(options: argparse.Namespace) -> None:
         raise Usage(f"--num must be at least 1, got {options.num}")
     described = run_folder.read_description(options.run)
     data = described.config.data
-    base = data.base if isinstance(data, Derived) else data
+    base = base_of(data)
     if options.data is not None and not isinstance(base, Logged):
         learned = "data of one's own" if isinstance(base, Given) else "a simulation"
         raise UserError(
@@ -54,7 +55,7 @@ def run(options: argparse.Namespace) -> None:
         moved.check_content(
             remedy=f"give it with: motorspace evaluate {shlex.quote(str(options.run))} --data LOG"
         )
-        data = moved if data is base else Derived(moved, data.change)
+        data = replace(data, base=moved) if isinstance(data, Derived) else moved
     if not run_folder.finished(options.run):
         raise UserError(
             "this run is not finished", where=options.run, remedy="continue it with --resume"

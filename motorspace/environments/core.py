@@ -16,7 +16,9 @@ from motorspace._errors import UserError
 from motorspace._types import Flags, Key, Keys, Motor, Pose
 from motorspace.worlds.agents import AbstractAgent, ForwardAgent, HolonomicAgent, LatticeAgent
 from motorspace.worlds.layouts import layout
-from motorspace.worlds.sensors import AbstractSensor, NodeIndex, RangeFan
+from motorspace.worlds.sensors.base import AbstractSensor
+from motorspace.worlds.sensors.node_index import NodeIndex
+from motorspace.worlds.sensors.range_fan import RangeFan
 from motorspace.worlds.simulation import step
 from motorspace.worlds.world import AbstractWorld, LatticeWorld
 
@@ -42,7 +44,7 @@ class Setting(eqx.Module):
     @cached_property
     def action_space(self) -> spaces.Space[Any]:
         """Six commands on the lattice, else every motor channel in [-1, 1]."""
-        size = len(self.agent.motor_scale)
+        size = len(self.agent.commands.scale)
         if isinstance(self.agent, LatticeAgent):
             return spaces.Discrete(size)
         return spaces.Box(-1.0, 1.0, (size,), np.float32)
@@ -50,17 +52,17 @@ class Setting(eqx.Module):
     @cached_property
     def observation_space(self) -> spaces.Box:
         """The sensors in raw units."""
-        scale = np.asarray(self.sensor.scale(self.world), np.float32)
+        scale = np.asarray(self.sensor.space(self.world).scale, np.float32)
         return spaces.Box(np.zeros_like(scale), scale, dtype=np.float32)
 
     def motor(self, action: Action) -> Motor:
         """The motor command behind an action; the forward agent's move fills [0, 1]."""
         if isinstance(self.agent, LatticeAgent):
-            return jax.nn.one_hot(action, len(self.agent.motor_scale), axis=0)
+            return jax.nn.one_hot(action, len(self.agent.commands.scale), axis=0)
         command = jnp.clip(action.T, -1.0, 1.0)
         if isinstance(self.agent, ForwardAgent):
             command = command.at[1].set((command[1] + 1.0) / 2.0)
-        return (command.T * jnp.array(self.agent.motor_scale)).T
+        return (command.T * jnp.array(self.agent.commands.scale)).T
 
     def begin(self, key: Key) -> Outcome:
         """A random free pose and what is sensed there."""

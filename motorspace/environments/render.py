@@ -6,7 +6,8 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from motorspace._types import Pose
-from motorspace.worlds.sensors import AbstractSensor, RangeFan
+from motorspace.worlds.sensors.base import AbstractSensor
+from motorspace.worlds.sensors.range_fan import RangeFan
 from motorspace.worlds.world import AbstractWorld, LatticeWorld, WalledWorld
 
 SIZE = 320

@@ -88,7 +88,7 @@ def evaluate(
             logged = logged_data(data)
             return Evaluation(_measured_on(run, logged.train, logged.test))
     raise UserError(
-        f"the run has learned from data that only you have ({data.description})",
+        "the run has learned from data that only you have",
         remedy="pass trajectories to measure on: evaluate(run, test=trajectories)",
     )
 

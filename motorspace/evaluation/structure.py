@@ -20,7 +20,7 @@ from motorspace.analysis.standard_form import standard_form
 from motorspace.analysis.topology import Topology, topology
 from motorspace.evaluation.evaluate import evaluate
 from motorspace.evaluation.prediction import Metrics
-from motorspace.training.data import Derived, Given, Logged, simulated
+from motorspace.training.data import Data, Given, Logged, base_of, simulated
 from motorspace.training.run import Run
 from motorspace.training.sources import logged_data
 from motorspace.trajectories.commands import nominal, random_commands
@@ -95,7 +95,7 @@ def run_topology(run: Run, *, seed: int = 0, standard: bool = False) -> Sampled:
     codes in standard form. Raises `UserError` for a run on data of one's own.
     """
     data = run.config.data
-    if isinstance(data, Logged) or (isinstance(data, Derived) and isinstance(data.base, Logged)):
+    if isinstance(base_of(data), Logged):
         return _on_test_blocks(run, data, seed=seed)
     subject = subject_of(run, standard=standard)
     found = sampled(subject, seed=seed)
@@ -106,16 +106,18 @@ def run_topology(run: Run, *, seed: int = 0, standard: bool = False) -> Sampled:
     return found._replace(topology=found.topology.updated(whole))
 
 
-def _on_test_blocks(run: Run, data: Logged | Derived, *, seed: int) -> Sampled:
-    test = logged_data(data).test
+def _on_test_blocks(run: Run, data: Data, *, seed: int) -> Sampled:
+    test, log = logged_data(data).test, base_of(data)
+    assert isinstance(log, Logged), "the caller has made sure"
     motors, num_steps = test.experience.motors, test.experience.num_steps
     codes = np.asarray(run.encode(motors, num_steps), np.float64)
     displacements = np.asarray(test.displacements.achieved, np.float64)
     if not np.isfinite(displacements).all():
         raise UserError(
             "the log holds no true poses, so displacements are not known",
-            where=data.base.path if isinstance(data, Derived) else data.path,
-            remedy="measure its codes beside displacements of your own: topology CODES DISPLACEMENTS",
+            where=log.path,
+            remedy="measure its codes beside displacements of your own: "
+            "motorspace topology CODES DISPLACEMENTS",
         )
     return Sampled(codes, displacements, topology(codes, displacements, motors, seed=seed))
 

@@ -16,7 +16,7 @@ from motorspace.reports import figures
 from motorspace.training.config import AgentName, SimulationConfig
 from motorspace.training.runs import Run, load_run
 from motorspace.worlds.layouts import layout, layout_names
-from motorspace.worlds.sensors import RangeFan
+from motorspace.worlds.sensors.range_fan import RangeFan
 from motorspace.worlds.simulation import rollout
 from motorspace.worlds.world import WalledWorld
 
@@ -68,7 +68,7 @@ def world_figures(simulation: SimulationConfig) -> tuple[Figure, Figure]:
     starts = [world.place(key=key) for key in jax.random.split(place_key, 8)]
     paths = []
     for start, key in zip(starts, jax.random.split(motor_key, 8), strict=True):
-        motors = jax.vmap(lambda k: agent.draw(key=k))(jax.random.split(key, 12))
+        motors = jax.vmap(lambda k: agent.commands.sample(key=k))(jax.random.split(key, 12))
         paths.append(rollout(world, agent, start, motors))
     seen = figures.environment_figure(world, starts[:2], fan)
     return seen, figures.trajectories_figure(world, paths)

@@ -17,16 +17,17 @@ from motorspace.analysis.baselines import (
     mean_error,
     mean_squared_error,
     persistence_error,
-    with_displacement_as_motors,
 )
 from motorspace.analysis.coordinates import COMPONENTS
 from motorspace.analysis.probes import displacement_targets, linear_probe
 from motorspace.models.config import ModelConfig
 from motorspace.models.model import Scaling
 from motorspace.recordings.readers.base import read_log
-from motorspace.recordings.recording import Recording, split_blocks, windows
+from motorspace.recordings.recording import Recording
+from motorspace.recordings.windows import split_blocks, windows
 from motorspace.training.config import RunConfig, SimulationConfig, TrainingConfig
 from motorspace.training.runs import Run, load_run, train
+from motorspace.trajectories.derived import displacement_as_motors
 from motorspace.trajectories.transitions import Trajectories
 
 NUM_BLOCKS = 20
@@ -47,7 +48,7 @@ class RobotData:
         """The oracle's data: one «command» each, the true displacement."""
         reach = float(np.abs(np.asarray(self.train.displacements.achieved[:, :2])).max())
         train, validation, test = (
-            Trajectories(with_displacement_as_motors(part, reach), part.displacements)
+            Trajectories(displacement_as_motors(part, reach), part.displacements)
             for part in (self.train, self.validation, self.test)
         )
         return RobotData(train, validation, test, Scaling(self.scaling.sensors, (1.0,) * 4))
@@ -106,7 +107,7 @@ def robot_data(recording: Recording, experiment: RobotExperiment) -> RobotData:
 def _split(
     recording: Recording, experiment: RobotExperiment, scans: int
 ) -> tuple[Trajectories, Trajectories, Trajectories]:
-    everything = windows(recording, horizon_scans=scans, per_scan=experiment.per_scan)
+    everything = windows(recording, horizon=scans, per_scan=experiment.per_scan)
     train, validation, test = split_blocks(
         recording, horizon=scans, num_blocks=NUM_BLOCKS, key=jax.random.key(SPLIT_SEED)
     )

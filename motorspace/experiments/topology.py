@@ -27,7 +27,6 @@ from motorspace.experiments.organisation import (
     collapse,
     encoder_of,
     measures,
-    nominal,
     organisation,
     random_commands,
     sampled,
@@ -38,6 +37,8 @@ from motorspace.reports.page import Section, report_page
 from motorspace.training.config import RunConfig, fresh_experience, simulation_scaling
 from motorspace.training.fit import TrainState, fit, init
 from motorspace.training.runs import Run
+from motorspace.trajectories import derived
+from motorspace.trajectories.commands import nominal
 from motorspace.trajectories.transitions import Experience
 
 Changes = dict[str, dict[str, Any]]
@@ -221,7 +222,7 @@ def told_misjudged(run: Run, num: int, *, angle: float) -> dict[str, Any]:
     _, agent, _ = config.simulation.build()
 
     def draw(key: Key, count: int) -> Experience:
-        return references.misjudged_experience(agent, draw_test(config, count, key=key), angle)
+        return derived.scaled_rotations(agent, draw_test(config, count, key=key), angle=angle)
 
     key = jax.random.key(TEST_SEED + config.training.seed)
     errors = prediction_errors(run.predict, draw, num=num, key=key)

@@ -1,196 +1,132 @@
-"""One robot's log, whatever its format, and the transitions that it holds."""
+"""A walk through time, simulated or read from a robot's log."""
 
 from dataclasses import dataclass
 from typing import Any
 
-import jax
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
+from motorspace import se2
 from motorspace._errors import UserError
-from motorspace._types import Key
-from motorspace.trajectories.transitions import Displacements, Experience, Trajectories
+
+CLEAR = 0.9
+"""Share of the sensors at their limit above which a person should look at the unit."""
 
 
 @dataclass(frozen=True)
 class Recording:
-    """N scans and the raw motor increments executed between them.
+    """N scans, the motor commands between them, and what evaluation may know.
 
-    `sensors` in the log's own unit; `increments` in order of time, `interval[l]` = i when
-    increment l happened between scans i and i + 1. `poses` (x, y, heading; NaN where unknown)
-    are for evaluation alone. `planar` says that increments are (longitudinal, lateral,
-    rotation) in the robot's frame, so that they can be chained.
+    `increments` stand in order of time; `interval[l]` = i when command l was executed between
+    scans i and i + 1. Commands are executed from one scan to the next, so none follow the last.
+
+    >>> recording.sensors[i], recording.increments[recording.interval == i]  # doctest: +SKIP
     """
 
     name: str
+    """Where the walk is from: the file's name, or the scenario."""
     time: Float[np.ndarray, " N"]
+    """Seconds; NaN where the log's own time stamp cannot be read."""
     sensors: Float[np.ndarray, "N K"]
+    """Readings in the log's own unit; all finite."""
     increments: Float[np.ndarray, "L M"]
+    """Motor commands, or increments of the robot's own odometry."""
     interval: Int[np.ndarray, " L"]
-    poses: Float[np.ndarray, "N 3"]
+    """The scan before each command; sorted."""
+    poses: Float[np.ndarray, "N 4"]
+    """(x, y, heading, head): world units and radians, NaN where unknown. For evaluation alone."""
     sensor_scale: tuple[float, ...]
+    """Largest magnitude of each sensor."""
     planar: bool
+    """Whether increments are (longitudinal, lateral, rotation) in the robot's own frame."""
+    usable: Bool[np.ndarray, " N-1"]
+    """Whether transitions may go from scan i to scan i + 1."""
+    notes: tuple[str, ...] = ()
+    """What a person should know before learning from it, a sentence each."""
 
     def __len__(self) -> int:
         return len(self.sensors)
 
 
-def windows(recording: Recording, *, horizon_scans: int, per_scan: bool) -> Trajectories:
-    """Every transition from scan i to scan i + `horizon_scans`, in order of i.
+def transition_starts(recording: Recording, horizon: int) -> Int[np.ndarray, " W"]:
+    """The first scan of every transition over `horizon` scans that leaves no interval out.
 
-    With `per_scan` the increments of each interval are chained into one command, so that
-    T = `horizon_scans`; without, the sequence holds every raw increment and is padded with
-    zeros beyond its own length. The nominal displacement is what the chained increments
-    claim (NaN unless planar), the achieved one what the true poses say.
-
-    Raises `UserError` when the recording is shorter than one transition.
+    Raises `UserError` when there is none.
     """
-    num = len(recording) - horizon_scans
-    if horizon_scans < 1 or num < 1:
+    num = len(recording) - horizon
+    if horizon < 1 or num < 1:
         raise UserError(
-            f"{len(recording)} scans hold no transition over {horizon_scans} scans",
+            f"{len(recording)} scans hold no transition over {horizon} scans",
             where=recording.name,
-            remedy="give a longer log or a shorter horizon",
+            remedy="give a longer log, or a horizon of at least 1 and below the number of scans",
         )
-    if per_scan:
-        recording = _one_command_per_interval(recording)
-    first = np.searchsorted(recording.interval, np.arange(num))
-    last = np.searchsorted(recording.interval, np.arange(num) + horizon_scans)
-    lengths = last - first
-    horizon = max(int(lengths.max()), 1)
-    rows = first[:, None] + np.arange(horizon)
-    executed = np.arange(horizon) < lengths[:, None]
-    padded = np.concatenate([recording.increments, np.zeros((horizon + 1, _size(recording)))])
-    motors = np.where(executed[..., None], padded[np.minimum(rows, len(padded) - 1)], 0.0)
-    experience = Experience(
-        sensors=jnp.asarray(recording.sensors[:num], jnp.float32),
-        motors=jnp.asarray(motors, jnp.float32),
-        num_steps=jnp.asarray(lengths, jnp.int32),
-        later_sensors=jnp.asarray(recording.sensors[horizon_scans:], jnp.float32),
-    )
-    achieved = relative_poses(recording.poses[:num], recording.poses[horizon_scans:])
-    nominal = chained(motors) if recording.planar else np.full_like(achieved, np.nan)
-    return Trajectories(
-        experience,
-        Displacements(jnp.asarray(nominal, jnp.float32), jnp.asarray(achieved, jnp.float32)),
-    )
-
-
-def split_blocks(
-    recording: Recording,
-    *,
-    horizon: int,
-    num_blocks: int,
-    fractions: tuple[float, float, float] = (0.6, 0.2, 0.2),
-    key: Key,
-) -> tuple[Int[np.ndarray, " A"], Int[np.ndarray, " B"], Int[np.ndarray, " C"]]:
-    """Transitions for training, validation and test, by their first scan.
-
-    The recording is cut into `num_blocks` blocks of time, which are dealt out at random; a
-    transition that crosses a border is left out, so that no scan is seen on both sides.
-    """
-    borders = np.linspace(0, len(recording), num_blocks + 1).astype(int)
-    order = np.asarray(jax.random.permutation(key, num_blocks))
-    cuts = np.round(np.cumsum(fractions)[:2] * num_blocks).astype(int)
-    parts = []
-    for blocks in np.split(order, cuts):
-        starts = [np.arange(borders[b], borders[b + 1] - horizon) for b in sorted(blocks)]
-        parts.append(np.concatenate(starts) if starts else np.arange(0))
-    if min(len(part) for part in parts) == 0:
+    left_out = np.concatenate([[0], np.cumsum(~recording.usable)])
+    starts = np.flatnonzero(left_out[horizon:] == left_out[:num])
+    if not len(starts):
         raise UserError(
-            f"{len(recording)} scans are too few for {num_blocks} blocks over {horizon} scans",
+            f"no transition over {horizon} scans is left: {left_out[-1]} of "
+            f"{len(recording) - 1} intervals between scans are left out",
             where=recording.name,
-            remedy="give a longer log",
+            remedy="see why with `motorspace inspect`, or choose a shorter horizon",
         )
-    return parts[0], parts[1], parts[2]
+    return starts
 
 
 def describe(recording: Recording) -> dict[str, Any]:
-    """What a person wants to know of a log before learning from it."""
-    limit = np.asarray(recording.sensor_scale)
+    """What a person wants to know of a log before learning from it, by plain titles."""
+    at_limit = recording.sensors >= np.asarray(recording.sensor_scale)
     per_interval = np.bincount(recording.interval, minlength=len(recording) - 1)
+    seconds = np.diff(recording.time)[recording.usable]
     described: dict[str, Any] = {
         "name": recording.name,
         "scans": len(recording),
-        "duration in seconds": float(recording.time[-1] - recording.time[0]),
+        "duration in seconds": float(np.nansum(seconds)),
         "sensors per scan": recording.sensors.shape[1],
         "sensor range": [float(recording.sensors.min()), float(recording.sensors.max())],
-        "share of sensors at their limit": float((recording.sensors >= limit).mean()),
+        "share of sensors at their limit": float(at_limit.mean()),
         "motor increments": len(recording.increments),
         "increments per interval (median)": float(np.median(per_interval)),
-        "increments, smallest": recording.increments.min(axis=0).round(4).tolist(),
-        "increments, largest": recording.increments.max(axis=0).round(4).tolist(),
+        "increments, smallest": _rounded(recording.increments, np.min),
+        "increments, largest": _rounded(recording.increments, np.max),
+        "intervals left out": int((~recording.usable).sum()),
     }
-    if np.isfinite(recording.poses).all():
-        steps = np.diff(recording.poses[:, :2], axis=0)
-        described["path length"] = float(np.hypot(*steps.T).sum())
-        described["step between scans (median)"] = float(np.median(np.hypot(*steps.T)))
-        if recording.planar:
-            described["drift of chained increments at the end"] = end_drift(recording)
+    return described | _described_path(recording) | {"notes": list(recording.notes)}
+
+
+def _rounded(values: Float[np.ndarray, "L M"], of: Any) -> list[float]:
+    found: list[float] = of(values, axis=0).round(4).tolist() if len(values) else []
+    return found
+
+
+def _described_path(recording: Recording) -> dict[str, float]:
+    """Length, step and drift, where every true pose is known."""
+    if not np.isfinite(recording.poses).all():
+        return {}
+    steps = np.hypot(*np.diff(recording.poses[:, :2], axis=0).T)[recording.usable]
+    if not len(steps):
+        return {}
+    described = {
+        "path length": float(steps.sum()),
+        "step between scans (median)": float(np.median(steps)),
+    }
+    if recording.planar and recording.usable.all():
+        described["drift of chained increments at the end"] = end_drift(recording)
     return described
 
 
 def end_drift(recording: Recording) -> float:
-    """Distance from the last true position to where the chained increments end."""
-    x, y, heading = recording.poses[0]
-    dx, dy, _ = chained(recording.increments[None])[0]
-    cos, sin = np.cos(heading), np.sin(heading)
-    end = np.array([x + cos * dx - sin * dy, y + sin * dx + cos * dy])
-    return float(np.hypot(*(end - recording.poses[-1, :2])))
+    """Distance from the last true position to where the chained increments end, world units."""
+    moved = se2.chain(recording.increments)
+    end = se2.compose(recording.poses[0, :3], moved)
+    return float(np.hypot(*(end[:2] - recording.poses[-1, :2])))
 
 
-def chained(increments: Float[np.ndarray, "N T 3"]) -> Float[np.ndarray, "N 3"]:
-    """The displacement after T planar increments in a row."""
-    headings = np.cumsum(increments[..., 2], axis=-1)
-    before = headings - increments[..., 2]
-    cos, sin = np.cos(before), np.sin(before)
-    dx, dy = increments[..., 0], increments[..., 1]
-    return np.stack(
-        [
-            (cos * dx - sin * dy).sum(-1),
-            (sin * dx + cos * dy).sum(-1),
-            wrapped(increments[..., 2].sum(-1)),
-        ],
-        axis=-1,
-    )
-
-
-def relative_poses(
-    start: Float[np.ndarray, "N 3"], end: Float[np.ndarray, "N 3"]
-) -> Float[np.ndarray, "N 3"]:
-    """Displacements from poses to poses, in the frame of the first."""
-    dx, dy = (end - start)[:, :2].T
-    cos, sin = np.cos(start[:, 2]), np.sin(start[:, 2])
-    turn = wrapped(end[:, 2] - start[:, 2])
-    return np.stack([cos * dx + sin * dy, cos * dy - sin * dx, turn], axis=-1)
-
-
-def wrapped(angle: Float[np.ndarray, "*batch"]) -> Float[np.ndarray, "*batch"]:
-    """The same angle in (-pi, pi]."""
-    return np.pi - np.mod(np.pi - angle, 2 * np.pi)
-
-
-def _size(recording: Recording) -> int:
-    return recording.increments.shape[1]
-
-
-def _one_command_per_interval(recording: Recording) -> Recording:
-    """The recording with the increments of each interval chained (or summed) into one."""
+def chained_per_interval(recording: Recording) -> Float[np.ndarray, "I M"]:
+    """One command for each of the N - 1 intervals: its increments chained, or summed."""
     num = len(recording) - 1
-    first = np.searchsorted(recording.interval, np.arange(num))
-    last = np.searchsorted(recording.interval, np.arange(num) + 1)
-    commands = np.zeros((num, _size(recording)))
-    for index, (a, b) in enumerate(zip(first, last, strict=True)):
-        part = recording.increments[a:b]
-        commands[index] = chained(part[None])[0] if recording.planar else part.sum(axis=0)
-    return Recording(
-        recording.name,
-        recording.time,
-        recording.sensors,
-        commands,
-        np.arange(num),
-        recording.poses,
-        recording.sensor_scale,
-        recording.planar,
-    )
+    borders = np.searchsorted(recording.interval, np.arange(num + 1))
+    commands = np.zeros((num, recording.increments.shape[1]))
+    for index in range(num):
+        part = recording.increments[borders[index] : borders[index + 1]]
+        commands[index] = se2.chain(part) if recording.planar else part.sum(axis=0)
+    return commands

@@ -12,7 +12,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from motorspace._types import Pose
-from motorspace.worlds.sensors import RangeFan
+from motorspace.worlds.sensors.range_fan import RangeFan
 from motorspace.worlds.world import WalledWorld
 
 Numbers = Float[np.ndarray, "N ..."]

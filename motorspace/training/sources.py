@@ -15,7 +15,7 @@ from motorspace._types import Count, Key
 from motorspace.models.model import Scaling
 from motorspace.recordings.recording import Recording, split_blocks, windows
 from motorspace.training.config import RunConfig, TrainingConfig
-from motorspace.training.data import Derived, Logged, Simulated, simulated
+from motorspace.training.data import Data, Derived, Logged, Simulated, base_of, simulated
 from motorspace.trajectories import derived
 from motorspace.trajectories.sampling import SamplingPlan, simulate
 from motorspace.trajectories.transitions import Experience, ExperienceSource, Trajectories
@@ -142,16 +142,15 @@ class LoggedData:
     scaling: Scaling
 
 
-def logged_data(data: Logged | Derived) -> LoggedData:
+def logged_data(data: Data) -> LoggedData:
     """A log's transitions, split 60 / 20 / 20 by blocks of time.
 
     Of data derived from a log, the oracle's: one command each, the true displacement. Raises
     `UserError` for a log that has changed, cannot be read, or is too short.
     """
-    if isinstance(data, Derived):
-        assert isinstance(data.base, Logged)
-        return _oracle_of(logged_data(data.base))
-    return _logged_data(data)
+    log = base_of(data)
+    assert isinstance(log, Logged), "the caller has made sure"
+    return _oracle_of(_logged_data(log)) if isinstance(data, Derived) else _logged_data(log)
 
 
 @lru_cache(maxsize=4)

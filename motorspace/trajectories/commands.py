@@ -28,9 +28,7 @@ def random_commands(agent: AbstractAgent, keys: KeyArray[Array, "N T"]) -> Float
     return jax.vmap(jax.vmap(lambda key: commands.sample(key=key)))(keys)
 
 
-def nominal(
-    agent: AbstractAgent, motors: Float[np.ndarray, "N T M"]
-) -> Float[np.ndarray, "N 3"]:
+def nominal(agent: AbstractAgent, motors: Float[np.ndarray, "N T M"]) -> Float[np.ndarray, "N 3"]:
     """The displacement that each motor sequence causes where there are no walls.
 
     Returns:

@@ -88,9 +88,7 @@ def supervised(trajectories: Trajectories) -> Experience:
     """
     experience = trajectories.experience
     targets = jnp.stack(_features(trajectories.displacements.achieved), axis=-1)
-    return Experience(
-        jnp.zeros_like(targets), experience.motors, experience.num_steps, targets
-    )
+    return Experience(jnp.zeros_like(targets), experience.motors, experience.num_steps, targets)
 
 
 def _features(displacements: Float[Array, "N 3"]) -> tuple[Float[Array, " N"], ...]:

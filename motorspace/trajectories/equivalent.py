@@ -69,7 +69,9 @@ def equivalent_sequences(
             fits into the horizon.
     """
     draw_key, rng_key = jax.random.split(key)
-    body = _Body(_turning_commands(agent), np.random.default_rng(np.asarray(jax.random.key_data(rng_key))))
+    body = _Body(
+        _turning_commands(agent), np.random.default_rng(np.asarray(jax.random.key_data(rng_key)))
+    )
     size = (num_groups, members)
     made = {name: block(body, size, horizon) for name, block in BLOCKS.items()}
     found = {n: b for n, b in made.items() if b is not None and b.commands.shape[2] <= horizon}
@@ -81,8 +83,9 @@ def equivalent_sequences(
     sequences = {n: s for n, s in sequences.items() if _equivalent(agent, s)}
     if not sequences:
         raise UserError(
-            f"no two sequences of {horizon} commands are known to lead to the same place",
-            remedy="ask for a longer horizon",
+            f"no two sequences of {horizon} commands of a {type(agent).__name__}"
+            " are known to lead to the same place",
+            remedy="ask for a longer horizon, or group sequences by their displacements",
         )
     each = num_groups * members
     return EquivalentSequences(
@@ -270,9 +273,7 @@ def _angles(body: _Body, size: _Size) -> Float[np.ndarray, "G 1"]:
     return body.rng.uniform(-math.pi, math.pi, (size[0], 1))
 
 
-def _shares(
-    body: _Body, total: np.ndarray, count: int, low: float, high: float
-) -> np.ndarray:
+def _shares(body: _Body, total: np.ndarray, count: int, low: float, high: float) -> np.ndarray:
     """Random numbers from `low` to `high`, `count` of them for each `total` that they add up to.
 
     Equal shares and a deviation from them, scaled down where it would leave the limits.

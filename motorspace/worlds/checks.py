@@ -28,10 +28,11 @@ def positive(name: str, value: Any, *, at_most: float = math.inf, unit: str = ""
     """
     if not isinstance(value, Real) or isinstance(value, bool):
         raise UserError(f"{name} must be a number, got {value!r}")
+    value = float(value)
     if not 0 < value < math.inf or value > at_most:
         limit = f"above 0 and at most {at_most:g}" if at_most < math.inf else "above 0 and finite"
         raise UserError(f"{name} must be {limit}{unit and ' ' + unit}, got {value:g}")
-    return float(value)
+    return value
 
 
 def one_of(name: str, value: Any, choices: tuple[str, ...]) -> str:

@@ -72,9 +72,10 @@ def explore(
 ) -> Exploration:
     """Agents that have executed `num_steps` commands each, at most `horizon`.
 
-    The commands come from `policy`, by default uniformly from the agent's command space. One whose commands the walls refuse too often in a row begins anew elsewhere. With `"block"`
-    nothing is refused. Agents that walls hold up do not hold up the others (`STAGES`), and
-    nobody's trajectory depends on who else is there.
+    The commands come from `policy`, by default uniformly from the agent's command space. An agent
+    whose commands the walls refuse too often in a row begins anew elsewhere. With `"block"` nothing
+    is refused. Agents that walls hold up do not hold up the others (`STAGES`), and nobody's
+    trajectory depends on who else is there.
     """
     start_keys, motor_keys = jnp.moveaxis(jax.vmap(jax.random.split)(keys), 1, 0)
     zero = jnp.zeros((len(keys),), jnp.int32)
@@ -89,7 +90,9 @@ def explore(
         proposals=zero,
     )
     asked = Assignment(num_steps.astype(jnp.int32), start_keys, motor_keys)
-    explorers = Explorers(world, agent, agent.commands.sample if policy is None else policy, collision)
+    explorers = Explorers(
+        world, agent, agent.commands.sample if policy is None else policy, collision
+    )
     worth = [s for s in STAGES[1:] if len(keys) >= FEWEST * s[0] and collision == "resample"]
     stages = (STAGES[0], *worth)
     return _finish(explorers, asked, _begin_anew(explorers, asked, unborn), stages)
@@ -165,29 +168,32 @@ def _propose(
     explorers: Explorers, asked: Assignment, now: Exploration, *, at_once: int
 ) -> Exploration:
     """Agents under way try up to `at_once` commands each and execute the first possible one."""
-    tried = jnp.arange(at_once)[:, None]
+    tried = jnp.arange(at_once, dtype=jnp.int32)[:, None]
     keys = jax.vmap(jax.vmap(jax.random.fold_in), (None, 0))(
-        asked.motor_keys, now.proposals + tried
+        asked.motor_keys, now.proposals[None] + tried
     )
     each = jax.vmap(jax.vmap(lambda key: explorers.policy(key=key), out_axes=-1), out_axes=1)
     motors = each(keys)
     here = jax.tree.map(lambda field: jnp.broadcast_to(field, keys.shape), now.pose)
     after, blocked = step(explorers.world, explorers.agent, here, motors)
     possible = ~blocked if explorers.collision == "resample" else jnp.ones_like(blocked)
-    possible &= tried < MAX_REFUSALS - now.refusals
+    possible &= tried < (MAX_REFUSALS - now.refusals)[None]
     first = possible & (jnp.cumsum(possible, axis=0) == 1)
     taken = first.any(axis=0)
 
     def chosen(field: Float[Array, "... J N"]) -> Float[Array, "... N"]:
-        return jnp.sum(jnp.where(first, field, 0.0), axis=-2)
+        of_each = first.reshape((1,) * (field.ndim - 2) + first.shape)
+        return jnp.sum(jnp.where(of_each, field, 0.0), axis=-2)
 
-    row = (jnp.arange(len(now.motors))[:, None] == now.steps_done) & taken
-    used = jnp.where(taken, jnp.argmax(first, axis=0) + 1, at_once)
+    row = (jnp.arange(len(now.motors), dtype=jnp.int32)[:, None] == now.steps_done[None]) & taken[
+        None
+    ]
+    used = jnp.where(taken, jnp.argmax(first, axis=0).astype(jnp.int32) + 1, at_once)
     used = jnp.minimum(used, MAX_REFUSALS - now.refusals)
     then = now._replace(
         pose=select(taken, jax.tree.map(chosen, after), now.pose),
-        motors=jnp.where(row[:, None], chosen(motors), now.motors),
-        steps_done=now.steps_done + taken,
+        motors=jnp.where(row[:, None], chosen(motors)[None], now.motors),
+        steps_done=now.steps_done + taken.astype(jnp.int32),
         refusals=jnp.where(taken, 0, now.refusals + used),
         proposals=now.proposals + used,
     )

@@ -184,11 +184,6 @@ def parse_world_name(name: str | Path) -> NamedWorld:
     >>> parse_world_name("rooms:7")
     NamedWorld(kind='rooms', argument=7)
     """
-    if not isinstance(name, str | Path):
-        raise UserError(
-            f"a world is named by a string or a path, not by {name!r}",
-            remedy=f"choose one of {_choices(layout_names(), 'rooms:SEED', 'lattice:SIDE')}",
-        )
     text = str(name)
     kind, _, argument = text.partition(":")
     if kind == "rooms" and argument:

@@ -52,10 +52,10 @@ def _nearer(place: Point, directions: Directions) -> Callable[[Array, Array], Ar
     ) -> Float[Array, "K *batch"]:
         (ax, ay), (bx, by) = wall
         to_ax, to_ay = ax - x, ay - y
-        side_a = cos * to_ay - sin * to_ax
-        side_b = cos * (by - y) - sin * (bx - x)
+        side_a = cos * to_ay[None] - sin * to_ax[None]
+        side_b = cos * (by - y)[None] - sin * (bx - x)[None]
         away = 1 / (to_ax * (by - ay) - to_ay * (bx - ax))
         met = (side_a >= 0) != (side_b >= 0)
-        return jnp.maximum(nearness, jnp.where(met, (side_b - side_a) * away, 0.0))
+        return jnp.maximum(nearness, jnp.where(met, (side_b - side_a) * away[None], 0.0))
 
     return nearer

@@ -6,6 +6,7 @@ from typing import TypeVar
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array
 
 from motorspace._types import Count, Counts, Displacement, Flags, Motor, Motors, Pose
 from motorspace.se2 import relative
@@ -55,12 +56,11 @@ def nominal_displacement(
 
 def select(flag: Flags, yes: Tree, no: Tree) -> Tree:
     """Of every agent what it has in `yes` where its flag is set, else in `no`."""
-    return jax.tree.map(lambda a, b: jnp.where(_over(flag, a), a, b), yes, no)
 
+    def chosen(a: Array, b: Array) -> Array:
+        return jnp.where(flag.reshape((1,) * (a.ndim - flag.ndim) + flag.shape), a, b)
 
-def _over(flag: Flags, leaf: Flags) -> Flags:
-    """The flags of the agents, for a leaf with agents in the last axes."""
-    return flag.reshape((1,) * (leaf.ndim - flag.ndim) + flag.shape)
+    return jax.tree.map(chosen, yes, no)
 
 
 def to_rows(tree: Tree) -> Tree:

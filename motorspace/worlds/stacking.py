@@ -6,10 +6,10 @@ import jax
 import jax.numpy as jnp
 
 from motorspace._errors import UserError
-from motorspace.worlds.world import WalledWorld
+from motorspace.worlds.world import AbstractWorld, WalledWorld
 
 
-def stack_worlds(worlds: Sequence[WalledWorld]) -> WalledWorld:
+def stack_worlds(worlds: Sequence[AbstractWorld]) -> WalledWorld:
     """Return worlds of any sizes as one, whose arrays have a leading axis: one entry a world.
 
     Worlds with fewer walls are padded with copies of a wall that they have, and with edges of
@@ -32,20 +32,21 @@ def stack_worlds(worlds: Sequence[WalledWorld]) -> WalledWorld:
         >>> from motorspace.worlds.layouts import layout
         >>> worlds = stack_worlds([layout("paper"), layout("empty")])
         >>> worlds.walls.shape
-        (2, 44, 2, 2)
+        (2, 40, 2, 2)
         >>> keys = jax.random.split(jax.random.key(0), 2)
         >>> jax.vmap(lambda world, key: world.place(key=key))(worlds, keys).x.shape
         (2,)
     """
-    if not worlds or not all(isinstance(world, WalledWorld) for world in worlds):
+    walled = [world for world in worlds if isinstance(world, WalledWorld)]
+    if not worlds or len(walled) < len(worlds):
         kinds = ", ".join(type(world).__name__ for world in worlds) or "none"
         raise UserError(
             f"only walled worlds can be stacked, one or more, not {kinds}",
             remedy="give worlds of layouts",
         )
-    num_walls = max(len(world.walls) for world in worlds)
-    num_edges = max(len(world.solids) for world in worlds)
-    padded = [_padded(world, num_walls, num_edges) for world in worlds]
+    num_walls = max(len(world.walls) for world in walled)
+    num_edges = max(len(world.solids) for world in walled)
+    padded = [_padded(world, num_walls, num_edges) for world in walled]
     return jax.tree.map(lambda *leaves: jnp.asarray(leaves, jnp.float32), *padded)
 
 

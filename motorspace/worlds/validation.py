@@ -53,7 +53,7 @@ def check_layout(
         _check_outline(corners, place("solid", index))
     polygons = [np.subtract(corners, bounds[:2]) for corners in solids]
     _check_overlaps(polygons, place)
-    _check_free_area(bounds, walls, solids, sum(abs(_area(p)) for p in polygons), place)
+    _check_free_area(bounds, walls, solids, sum((abs(_area(p)) for p in polygons), 0.0), place)
 
 
 def number(value: float) -> str:
@@ -135,7 +135,7 @@ def _check_outline(corners: Polyline, where: str) -> None:
         )
 
 
-def _check_overlaps(polygons: Sequence[Points], place: Place) -> None:
+def _check_overlaps(polygons: Sequence[np.ndarray], place: Place) -> None:
     lows = np.reshape([p.min(axis=0) for p in polygons], (-1, 2))
     highs = np.reshape([p.max(axis=0) for p in polygons], (-1, 2))
     for i, polygon in enumerate(polygons):
@@ -188,10 +188,8 @@ def _point(point: Point) -> str:
     return f"({number(point[0])}, {number(point[1])})"
 
 
-def _cross(
-    a: Float[np.ndarray, "*n 2"], b: Float[np.ndarray, "*m 2"]
-) -> Float[np.ndarray, " k"] | np.float64:
-    """Cross products of vectors in the plane; of two vectors, a number."""
+def _cross(a: Float[np.ndarray, "*P 2"], b: Points) -> Float[np.ndarray, " P"]:
+    """Cross products of vectors in the plane, one by one or all with the same."""
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
@@ -202,16 +200,16 @@ def _area(polygon: Points) -> float:
 
 def _meeting_edges(polygon: Points) -> tuple[int, int] | None:
     """Two edges that share more than the corner between them, by the corners they begin at."""
-    start, end = polygon, np.roll(polygon, -1, axis=0)
-    num = len(polygon)
+    num, end = len(polygon), np.roll(polygon, -1, axis=0)
+    edges, following = end - polygon, np.roll(end, -1, axis=0) - end
+    lengths = np.linalg.norm(edges, axis=1) * np.linalg.norm(following, axis=1)
+    straight = np.abs(_cross(edges, following)) < 1e-9 * lengths
+    turned_back = straight & ((edges * following).sum(axis=1) < 0)
     for i in range(num):
-        after = (i + 1) % num
-        edge, following = end[i] - start[i], end[after] - start[after]
-        bend = np.linalg.norm(edge) * np.linalg.norm(following)
-        if edge @ following < 0 and abs(_cross(edge, following)) < 1e-9 * bend:
-            return i, after
+        if turned_back[i]:
+            return i, (i + 1) % num
         others = np.arange(i + 2, num - (i == 0))
-        met = _meet(start[i], end[i], start[others], end[others])
+        met = _meet(polygon[i], end[i], polygon[others], end[others])
         if met.any():
             return i, int(others[np.argmax(met)])
     return None
@@ -227,7 +225,7 @@ def _meet(
     return ~one_side & ~other_side & boxes.all(axis=-1)
 
 
-def _enters(polygon: Points, other: Points) -> bool:
+def _enters(polygon: Points, other: Float[np.ndarray, "Q 2"]) -> bool:
     """Whether the rim of a polygon, just within its edges, is somewhere inside another one.
 
     Each edge is cut where it meets the other polygon: a piece is then all inside or all outside.
@@ -252,11 +250,11 @@ def _cuts(
     slant = _cross(along, edges)
     crossing = slant != 0
     offset, edges, slant = (polygon - start)[crossing], edges[crossing], slant[crossing]
-    share, on_edge = _cross(offset, edges) / slant, _cross(offset, along) / slant
+    share, on_edge = _cross(offset, edges) / slant, -_cross(along, offset) / slant
     return share[(share > 0) & (share < 1) & (on_edge > -1e-9) & (on_edge < 1 + 1e-9)]
 
 
-def _inside(points: Points, polygon: Points) -> Bool[np.ndarray, " P"]:
+def _inside(points: Points, polygon: Float[np.ndarray, "Q 2"]) -> Bool[np.ndarray, " P"]:
     """Whether points lie inside a polygon (even-odd rule)."""
     (x, y), start, end = points.T[..., None], polygon, np.roll(polygon, -1, axis=0)
     rise = np.where(end[:, 1] == start[:, 1], 1.0, end[:, 1] - start[:, 1])

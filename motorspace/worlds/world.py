@@ -81,11 +81,13 @@ class WalledWorld(AbstractWorld):
     `walls` holds every segment, the outer ones included; `solids` those that bound closed
     obstacles, in whose inside nothing may stand; `bounds` is (x low, y low, x high, y high).
     World units. Many walls are also kept in `tiles`, where those around a place are found.
+    Plain numbers in `bounds` are constants to `eqx.filter_jit`; `stack_worlds` makes arrays of
+    them.
     """
 
     walls: Walls = eqx.field(converter=_float32)
     solids: Float[Array, "E 2 2"] = eqx.field(converter=_float32)
-    bounds: tuple[float, float, float, float] = eqx.field(static=True)
+    bounds: tuple[float, float, float, float]
     tiles: Tiles | None = None
 
     def walls_within(self, reach: float) -> Walls | Tiles:
@@ -128,9 +130,7 @@ class WalledWorld(AbstractWorld):
     def _apart(self, pose: Pose) -> Flags:
         x, y = pose.x, pose.y
         walls, reach = self.walls_within(1.0), jnp.full(x.shape, 3 * MARGIN)
-        gap = least_gap(
-            walls, lambda wall: gap_to_point(wall, x, y), (x, y), reach
-        )
+        gap = least_gap(walls, lambda wall: gap_to_point(wall, x, y), (x, y), reach)
         return gap > 0
 
 

@@ -1,10 +1,10 @@
-"""Probes on codes whose organisation is known."""
+"""Probes on codes whose structure is known."""
 
 import numpy as np
 import pytest
 
 from motorspace.analysis.baselines import skill
-from motorspace.analysis.collapse import within_to_total_variance
+from motorspace.analysis.equivalence import within_to_total_variance
 from motorspace.analysis.probes import displacement_targets, linear_probe
 
 RNG = np.random.default_rng(0)
@@ -20,17 +20,17 @@ def test_a_linear_map_of_the_target_is_decoded_perfectly_and_noise_not_at_all():
     assert (np.asarray(nothing) < 0.02).all()
 
 
-def test_dead_codes_decode_nothing():
+def test_collapsed_codes_decode_nothing():
     targets = RNG.normal(size=(200, 2))
-    dead = np.full((200, 5), 0.3)
-    r2 = linear_probe(dead[:100], targets[:100], dead[100:], targets[100:])
+    collapsed = np.full((200, 5), 0.3)
+    r2 = linear_probe(collapsed[:100], targets[:100], collapsed[100:], targets[100:])
     assert (np.asarray(r2) < 0.05).all()
 
 
 def test_within_to_total_variance_on_closed_forms():
     groups = np.repeat(np.arange(10), 50).astype(float)
-    organised = np.stack([groups, -groups], axis=1)
-    assert within_to_total_variance(organised, groups) == pytest.approx(0.0)
+    shared = np.stack([groups, -groups], axis=1)
+    assert within_to_total_variance(shared, groups) == pytest.approx(0.0)
     alternating = np.tile([1.0, -1.0], 250)[:, None]
     assert within_to_total_variance(alternating, groups) == pytest.approx(1.0)
     assert np.isnan(within_to_total_variance(np.ones((500, 2)), groups))

@@ -15,7 +15,7 @@ def test_pca_agrees_with_scikit_learn_up_to_sign():
     np.testing.assert_allclose(ours.explained_variance_ratio, theirs.explained_variance_ratio_)
 
 
-def test_pca_of_dead_codes_explains_nothing():
+def test_pca_of_collapsed_codes_explains_nothing():
     assert (pca(np.ones((10, 4))).explained_variance_ratio == 0).all()
 
 

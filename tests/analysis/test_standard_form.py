@@ -1,4 +1,4 @@
-"""Group codes with unit, body point and readout left to chance, brought to standard form."""
+"""Codes that are matrices, with unit, body point and readout left to chance, brought to standard form."""
 
 import math
 
@@ -40,7 +40,7 @@ def sequences(request):
     return motors, nominal(agent, motors), nominal(agent, commands)
 
 
-def test_what_chance_has_set_is_taken_back(sequences):
+def test_what_chance_has_set_is_undone(sequences):
     motors, displacements, commands = sequences
     unit_and_point = np.array([[0.3, 0.1, 0.5], [-0.1, 0.3, -0.9], [0, 0, 1]])
     readout = np.array([[0.8, 0.5, 1.0], [-0.2, 0.3, 0.4], [0, 0, 1]])

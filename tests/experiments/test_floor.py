@@ -13,7 +13,7 @@ from motorspace.experiments import floor
 from motorspace.trajectories.transitions import Displacements, Experience, Trajectories
 from motorspace.worlds.agents import ForwardAgent
 from motorspace.worlds.layouts import Layout
-from motorspace.worlds.sensors import AbstractSensor
+from motorspace.worlds.sensors.base import AbstractSensor
 
 SIDE = 200.0
 SQUARE = Layout("square", (0.0, 0.0, SIDE, SIDE)).world()

@@ -17,7 +17,7 @@ from motorspace.models.model import Model, Scaling, SensorPredictor, build_model
 from motorspace.training.config import RunConfig, SimulationConfig, TrainingConfig
 from motorspace.training.runs import Run
 from motorspace.worlds.agents import LatticeAgent
-from motorspace.worlds.sensors import NodeIndex
+from motorspace.worlds.sensors.node_index import NodeIndex
 from motorspace.worlds.simulation import rollout
 from motorspace.worlds.world import LatticeWorld
 

@@ -32,17 +32,20 @@ def test_a_group_leads_to_one_displacement_with_commands_that_the_agent_can_be_g
     made = equivalent_sequences(agent, num_groups=20, horizon=6, key=jax.random.key(0))
     reached = displacements(agent, made).reshape(-1, 8, 4)
     np.testing.assert_allclose(reached, reached[:, :1].repeat(8, 1), atol=1e-5)
-    lowest = -np.array(agent.motor_scale)
-    if body is ForwardAgent:
-        lowest[1] = 0.0
-    assert (made.motors <= np.array(agent.motor_scale) + 1e-9).all()
-    assert (made.motors >= lowest - 1e-9).all()
+    assert (made.motors <= np.array(agent.commands.high) + 1e-9).all()
+    assert (made.motors >= np.array(agent.commands.low) - 1e-9).all()
 
 
 def test_groups_differ_from_each_other_and_members_within_one():
     agent = HolonomicAgent(0.8 * math.pi)
     made = equivalent_sequences(agent, num_groups=30, horizon=6, key=jax.random.key(1))
-    assert made.names == ("split", "permuted", "full turns", "undone", "head")
+    assert made.names == (
+        "split_rotation",
+        "split_translation",
+        "full_turns",
+        "undone",
+        "head",
+    )
     assert len(made.motors) == len(made.groups) == 5 * 30 * 8
     flat = made.motors.reshape(-1, 8, 24)
     assert (flat.std(axis=1).max(axis=1) > 0.01).all()
@@ -54,7 +57,7 @@ def test_full_turns_are_counted():
     made = equivalent_sequences(
         ForwardAgent(0.8 * math.pi), num_groups=50, horizon=6, key=jax.random.key(2)
     )
-    turned = made.kinds == made.names.index("full turns")
+    turned = made.kinds == made.names.index("full_turns")
     assert set(np.unique(made.full_turns[turned])) >= {-1, 0, 1}
     assert (made.full_turns[~turned] == 0).all()
     # Turns count as far as they differ within a group: what its members share is context.
@@ -67,9 +70,32 @@ def test_small_rotations_allow_neither_full_turns_nor_turning_round():
     made = equivalent_sequences(
         ForwardAgent(0.2 * math.pi), num_groups=5, horizon=6, key=jax.random.key(3)
     )
-    assert made.names == ("split", "permuted")
+    assert made.names == ("split_rotation", "split_translation")
+
+
+class LateTurner(ForwardAgent):
+    """Moves ahead, then turns, not as its commands say."""
+
+    def move(self, pose, motor):
+        (moved,) = super().move(pose, motor.at[0].set(0.0))
+        return (self.turn(moved, motor),)
+
+
+class Slider(ForwardAgent):
+    """Turns while it slides: a rotation cannot be shared out, a translation can."""
+
+    def move(self, pose, motor):
+        (moved,) = super().move(pose, motor)
+        return (Pose(moved.x + jnp.abs(motor[0]), moved.y, moved.heading, moved.head),)
+
+
+def test_kinds_that_an_own_body_does_not_obey_are_left_out():
+    made = equivalent_sequences(Slider(), num_groups=5, horizon=4, key=jax.random.key(0))
+    assert made.names == ("split_translation",)
+    with pytest.raises(UserError, match="LateTurner are known to lead to the same place"):
+        equivalent_sequences(LateTurner(), num_groups=5, horizon=4, key=jax.random.key(0))
 
 
 def test_the_lattice_agent_is_refused():
-    with pytest.raises(UserError, match="LatticeAgent"):
+    with pytest.raises(UserError, match="LatticeAgent do not say which channels turn it"):
         equivalent_sequences(LatticeAgent(), num_groups=5, horizon=6, key=jax.random.key(0))

@@ -15,17 +15,19 @@ from motorspace import (
     LatticeWorld,
     NodeIndex,
     RangeFan,
+    Scenario,
     UserError,
     layout,
     sample,
 )
 from motorspace.trajectories.sampling import SamplingPlan, bytes_per_trajectory, simulate
+from motorspace.worlds.layouts import load_layout
 
 PAPER, FAN = layout("paper"), RangeFan()
 SYSTEMS = {
-    "forward": (PAPER, ForwardAgent(), FAN),
-    "holonomic": (PAPER, HolonomicAgent(), FAN),
-    "lattice": (LatticeWorld(), LatticeAgent(), NodeIndex()),
+    "forward": Scenario(PAPER, ForwardAgent(), FAN),
+    "holonomic": Scenario(PAPER, HolonomicAgent(), FAN),
+    "lattice": Scenario(LatticeWorld(), LatticeAgent(), NodeIndex()),
 }
 KEY = jax.random.key(3)
 NUM = 400  # the same everywhere: every other number is another compilation
@@ -38,21 +40,21 @@ def as_bytes(tree):
 
 @systems
 def test_shapes_and_same_key_same_bytes(system):
-    first, again = (sample(*system, num=NUM, horizon=6, key=KEY) for _ in range(2))
-    sensors, motors = len(system[2].scale(system[0])), len(system[1].motor_scale)
+    first, again = (sample(system, num=NUM, horizon=6, key=KEY) for _ in range(2))
+    sensors, motors = system.space.size, system.commands.size
     assert first.experience.sensors.shape == (NUM, sensors)
     assert first.experience.later_sensors.shape == (NUM, sensors)
     assert first.experience.motors.shape == (NUM, 6, motors)
     assert first.displacements.achieved.shape == (NUM, 3)
     assert len(first) == NUM and len(first[:5]) == 5
     assert as_bytes(first) == as_bytes(again)
-    other = sample(*system, num=NUM, horizon=6, key=jax.random.key(4))
+    other = sample(system, num=NUM, horizon=6, key=jax.random.key(4))
     assert as_bytes(first.experience.motors) != as_bytes(other.experience.motors)
 
 
 @systems
 def test_resampled_displacements_are_what_the_commands_say(system):
-    drawn = sample(*system, num=NUM, horizon=6, key=KEY)
+    drawn = sample(system, num=NUM, horizon=6, key=KEY)
     difference = drawn.displacements.nominal - drawn.displacements.achieved
     wrapped = np.angle(np.exp(1j * np.asarray(difference[:, 2])))
     np.testing.assert_allclose(difference[:, :2], 0, atol=1e-4)
@@ -62,7 +64,7 @@ def test_resampled_displacements_are_what_the_commands_say(system):
 
 @systems
 def test_blocked_commands_are_logged_all_the_same(system):
-    drawn = sample(*system, num=NUM, horizon=6, collision="block", key=KEY)
+    drawn = sample(system, num=NUM, horizon=6, collision="block", key=KEY)
     assert (drawn.experience.num_steps == 6).all()
     assert (np.abs(drawn.experience.motors).max(-1) > 0).all()
     shift = np.asarray(drawn.displacements.nominal - drawn.displacements.achieved)[:, :2]
@@ -74,7 +76,7 @@ def test_blocked_commands_are_logged_all_the_same(system):
 
 
 def test_lengths_vary_between_their_limits_and_the_rest_is_zero():
-    drawn = sample(*SYSTEMS["forward"], num=NUM, horizon=6, min_horizon=2, key=KEY).experience
+    drawn = sample(SYSTEMS["forward"], num=NUM, horizon=6, min_horizon=2, key=KEY).experience
     counts = np.bincount(drawn.num_steps, minlength=7)
     assert (counts[:2] == 0).all() and (counts[2:] > 50).all()
     empty = np.arange(6) >= np.asarray(drawn.num_steps)[:, None]
@@ -84,35 +86,62 @@ def test_lengths_vary_between_their_limits_and_the_rest_is_zero():
 def test_a_trajectory_depends_on_the_key_and_its_number_alone():
     """However many others are drawn beside it, or in which chunk it is simulated."""
     few, many = (
-        sample(*SYSTEMS["holonomic"], num=num, horizon=3, key=KEY).experience for num in (7, 100)
+        sample(SYSTEMS["holonomic"], num=num, horizon=3, key=KEY).experience for num in (7, 100)
     )
     np.testing.assert_allclose(many.motors[:7], few.motors, atol=1e-6)
     np.testing.assert_allclose(many.later_sensors[:7], few.later_sensors, atol=1e-3)
 
 
 @pytest.mark.parametrize(
-    "sizes",
+    ("sizes", "message"),
     [
-        {"num": 0, "horizon": 6},
-        {"num": 5, "horizon": 0},
-        {"num": 5, "horizon": 3, "min_horizon": 4},
-        {"num": 5, "horizon": 3, "min_horizon": 0},
+        ({"num": 0, "horizon": 6}, "num must be at least 1, got 0"),
+        ({"num": 5, "horizon": 0}, "horizon must be at least 1, got 0"),
+        ({"num": 5, "horizon": 3, "min_horizon": 4}, "min_horizon 4 is above horizon 3"),
+        ({"num": 5, "horizon": 3, "min_horizon": 0}, "min_horizon must be at least 1, got 0"),
     ],
 )
-def test_impossible_sizes_are_told(sizes):
-    with pytest.raises(UserError, match="cannot sample"):
-        sample(*SYSTEMS["forward"], **sizes, key=KEY)
+def test_impossible_sizes_are_refused(sizes, message):
+    with pytest.raises(UserError, match=message):
+        sample(SYSTEMS["forward"], **sizes, key=KEY)
+
+
+def test_whatever_names_a_world_is_sampled(tmp_path):
+    described = load_layout("paper")
+    path = tmp_path / "own.layout"
+    path.write_text(described.text())
+    expected = as_bytes(sample(SYSTEMS["forward"], num=NUM, horizon=6, key=KEY))
+    for world in ("paper", path, str(path), described, described.text(), PAPER, Scenario(path)):
+        assert as_bytes(sample(world, num=NUM, horizon=6, key=KEY)) == expected
+
+
+def ahead(*, key):
+    return jnp.array([0.0, 1.0]) * jax.random.uniform(key)
+
+
+def test_an_own_policy_chooses_the_commands():
+    drawn = sample(SYSTEMS["forward"], num=NUM, horizon=6, policy=ahead, key=KEY)
+    np.testing.assert_array_equal(drawn.experience.motors[..., 0], 0)
+    np.testing.assert_allclose(drawn.displacements.achieved[:, 1:], 0, atol=1e-4)
+
+
+def test_trajectories_are_the_same_where_float64_is_enabled():
+    """Whoever enables it for work of their own gets float32 and the same numbers."""
+    expected = sample(SYSTEMS["holonomic"], num=NUM, horizon=6, key=KEY)
+    with jax.enable_x64(True):
+        found = sample(Scenario(PAPER, HolonomicAgent()), num=NUM, horizon=6, key=KEY)
+    assert as_bytes(found) == as_bytes(expected)
 
 
 def test_more_than_memory_holds_is_refused_before_it_is_drawn():
     with pytest.raises(
         UserError, match=r"1,000,000,000,000 trajectories .* GiB.*at most [\d,]+ at"
     ):
-        sample(*SYSTEMS["forward"], num=10**12, horizon=6, key=KEY)
+        sample(SYSTEMS["forward"], num=10**12, horizon=6, key=KEY)
 
 
 def test_the_stated_size_is_the_size():
-    drawn = sample(*SYSTEMS["holonomic"], num=NUM, horizon=6, key=KEY)
+    drawn = sample(SYSTEMS["holonomic"], num=NUM, horizon=6, key=KEY)
     size = sum(leaf.nbytes for leaf in jax.tree.leaves(drawn))
     assert size == NUM * bytes_per_trajectory(6, 4, 9)
 
@@ -128,7 +157,7 @@ def test_batches_of_sensors_equal_a_loop():
 
 def test_sensing_the_same_as_before_costs_a_lot():
     """Predicting no change must be a poor predictor, or there is nothing to learn."""
-    drawn = sample(*SYSTEMS["forward"], num=NUM, horizon=6, key=KEY).experience
+    drawn = sample(SYSTEMS["forward"], num=NUM, horizon=6, key=KEY).experience
     assert jnp.mean((drawn.sensors - drawn.later_sensors) ** 2) > 5.0
     assert jnp.var(drawn.sensors) > 3.0
 
@@ -137,9 +166,7 @@ def test_the_compiled_program_repeats_neither_random_numbers_nor_sines():
     """Fused into what uses them, they would be computed again for every ray and every field."""
     num = 2000
     text = simulate.lower(
-        layout("paper"),
-        ForwardAgent(),
-        RangeFan(),
+        Scenario(),
         SamplingPlan(num, 6, "resample"),
         (jnp.array(6), jnp.array(6)),
         key=jax.random.key(0),

@@ -5,7 +5,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from motorspace import ForwardAgent, HolonomicAgent, LatticeAgent, Pose
+from motorspace import (
+    ForwardAgent,
+    HolonomicAgent,
+    LatticeAgent,
+    LatticeWorld,
+    Pose,
+    UserError,
+    layout,
+)
 
 QUARTER = np.pi / 2
 START = Pose(*jnp.array([1.0, 2.0, QUARTER, 0.0]))
@@ -63,16 +71,41 @@ def test_lattice_commands(index, expected):
         (HolonomicAgent(0.5), [-0.5, -1, -1, -QUARTER], [0.5, 1, 1, QUARTER]),
     ],
 )
-def test_drawn_commands_fill_their_ranges(agent, low, high, getkey):
-    drawn = jax.vmap(lambda key: agent.draw(key=key))(jax.random.split(getkey(), 4000))
+def test_sampled_commands_fill_their_ranges(agent, low, high, getkey):
+    commands = agent.commands
+    drawn = jax.vmap(lambda key: commands.sample(key=key))(jax.random.split(getkey(), 4000))
+    np.testing.assert_allclose([commands.low, commands.high], [low, high], rtol=1e-6)
     span = np.subtract(high, low)
+    drawn = np.asarray(drawn)
     assert (drawn >= np.array(low) - 1e-6).all() and (drawn <= np.array(high) + 1e-6).all()
     np.testing.assert_allclose(drawn.mean(0), np.add(low, high) / 2, atol=0.03 * span.max())
     np.testing.assert_allclose(drawn.std(0), span / np.sqrt(12), rtol=0.05)
-    np.testing.assert_allclose(agent.motor_scale, np.abs(high), rtol=1e-6)
+    np.testing.assert_allclose(commands.scale, np.abs(high), rtol=1e-6)
 
 
-def test_drawn_lattice_commands_are_one_hot(getkey):
-    drawn = jax.vmap(lambda key: LatticeAgent().draw(key=key))(jax.random.split(getkey(), 300))
+def test_sampled_lattice_commands_are_one_hot(getkey):
+    commands = LatticeAgent().commands
+    drawn = jax.vmap(lambda key: commands.sample(key=key))(jax.random.split(getkey(), 300))
     np.testing.assert_array_equal(drawn.sum(1), 1)
     assert (drawn.sum(0) > 25).all()
+
+
+@pytest.mark.parametrize("rotation", [0.0, -1.0, np.inf, np.nan])
+@pytest.mark.parametrize("body", [ForwardAgent, HolonomicAgent])
+def test_impossible_rotations_are_refused(body, rotation):
+    with pytest.raises(UserError, match="max_rotation must be"):
+        body(rotation)
+
+
+def test_the_lattice_agent_needs_nodes():
+    LatticeAgent().check(LatticeWorld())
+    with pytest.raises(UserError, match=r"moves from node to node.* layout such as lattice:6"):
+        LatticeAgent().check(layout("empty"))
+
+
+def test_commands_say_what_their_channels_do():
+    assert ForwardAgent().commands.turning == (0,)
+    assert HolonomicAgent().commands.translating == (1, 2)
+    assert HolonomicAgent().commands.looking == (3,)
+    assert HolonomicAgent(head_rule="turn").commands.looking == ()
+    assert LatticeAgent().commands.names[3] == "straight_move"

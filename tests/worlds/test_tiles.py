@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 import shapely
 
-from motorspace import ForwardAgent, Pose, RangeFan, WalledWorld, layout, sample
-from motorspace.worlds.layouts import INDEXED_FROM, random_rooms
+from motorspace import Pose, RangeFan, Scenario, WalledWorld, layout, sample
+from motorspace.worlds.layouts import INDEXED_FROM
+from motorspace.worlds.rooms import random_rooms
 from motorspace.worlds.tiles import FAR_AWAY, GROUP, REACH, tiled
 
 SENSE = eqx.filter_jit(lambda fan, world, pose: fan.sense(world, pose))
@@ -110,8 +111,5 @@ def test_layouts_of_many_walls_are_indexed_and_give_the_same_trajectories():
     assert layout("paper").tiles is None
     assert len(world.walls) >= INDEXED_FROM and world.tiles is not None
     plain = eqx.tree_at(lambda w: w.tiles, world, None)
-    drawn = [
-        sample(w, ForwardAgent(), RangeFan(), num=300, horizon=4, key=jax.random.key(1))
-        for w in (world, plain)
-    ]
+    drawn = [sample(Scenario(w), num=300, horizon=4, key=jax.random.key(1)) for w in (world, plain)]
     jax.tree.map(lambda a, b: np.testing.assert_allclose(a, b, atol=1e-5), *drawn)

@@ -23,7 +23,7 @@ class AbstractSensor(eqx.Module, Generic[World]):
     registry: ClassVar[Registry[Any]] = SENSORS
 
     @abc.abstractmethod
-    def space(self, world: World) -> SensorSpace:
+    def space(self, world: AbstractWorld) -> SensorSpace:
         """The bounds and names of the readings in a world.
 
         Raises:
@@ -40,9 +40,12 @@ class AbstractSensor(eqx.Module, Generic[World]):
         return np.zeros((0, 2, 2))
 
 
-def expect(sensor: AbstractSensor[Any], world: AbstractWorld, kind: type, *, remedy: str) -> None:
-    """Raise `UserError` unless a sensor is in a world of the kind that it senses."""
+def expect(
+    sensor: AbstractSensor[Any], world: AbstractWorld, kind: type[World], *, remedy: str
+) -> World:
+    """The world, if it is of the kind that a sensor senses. Raises `UserError` otherwise."""
     if not isinstance(world, kind):
         raise UserError(
             f"a {type(sensor).__name__} cannot sense a {type(world).__name__}", remedy=remedy
         )
+    return world

@@ -6,15 +6,15 @@ import jax.numpy as jnp
 from motorspace._types import Pose, Sensors
 from motorspace.worlds.sensors.base import AbstractSensor, expect
 from motorspace.worlds.spaces import SensorSpace
-from motorspace.worlds.world import LatticeWorld
+from motorspace.worlds.world import AbstractWorld, LatticeWorld
 
 
 class NodeIndex(AbstractSensor[LatticeWorld]):
     """One-hot index of the node, then one-hot absolute orientation."""
 
-    def space(self, world: LatticeWorld) -> SensorSpace:
-        expect(self, world, LatticeWorld, remedy="choose a layout such as lattice:6")
-        nodes = [f"node_{x}_{y}" for y in range(world.height) for x in range(world.width)]
+    def space(self, world: AbstractWorld) -> SensorSpace:
+        grid = expect(self, world, LatticeWorld, remedy="choose a layout such as lattice:6")
+        nodes = [f"node_{x}_{y}" for y in range(grid.height) for x in range(grid.width)]
         names = (*nodes, "east", "north", "west", "south")
         return SensorSpace((0.0,) * len(names), (1.0,) * len(names), names)
 

@@ -14,7 +14,7 @@ from motorspace.worlds.checks import positive, whole
 from motorspace.worlds.rays import cast
 from motorspace.worlds.sensors.base import AbstractSensor, expect
 from motorspace.worlds.spaces import SensorSpace
-from motorspace.worlds.world import WalledWorld
+from motorspace.worlds.world import AbstractWorld, WalledWorld
 
 
 class RangeFan(AbstractSensor[WalledWorld]):
@@ -32,11 +32,11 @@ class RangeFan(AbstractSensor[WalledWorld]):
             field of view that is not above 0 and at most a full turn.
     """
 
-    num_rays: int = eqx.field(static=True, default=9)
+    num_rays: int = eqx.field(static=True, default=9, metadata={"positive": True})
     """Distance sensors."""
-    max_range: float = eqx.field(static=True, default=10.0)
+    max_range: float = eqx.field(static=True, default=10.0, metadata={"positive": True})
     """Range of the distance sensors, world units."""
-    field_of_view: float = eqx.field(static=True, default=math.pi, metadata={"in_pi": True})
+    field_of_view: float = eqx.field(static=True, default=math.pi, metadata={"in_pi": True, "positive": True})
     """Field of view of the distance sensors."""
     sense_head: bool = eqx.field(static=True, default=False)
     """Whether the head's angle is one more sensor."""
@@ -52,7 +52,7 @@ class RangeFan(AbstractSensor[WalledWorld]):
         half = self.field_of_view / 2 if self.num_rays > 1 else 0.0
         return np.linspace(-half, half, self.num_rays)
 
-    def space(self, world: WalledWorld) -> SensorSpace:
+    def space(self, world: AbstractWorld) -> SensorSpace:
         expect(self, world, WalledWorld, remedy="choose a layout with walls, or node_index")
         ranges, head = (self.max_range,) * self.num_rays, self.sense_head
         names = tuple(f"range_{ray}" for ray in range(self.num_rays))

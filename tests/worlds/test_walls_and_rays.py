@@ -1,4 +1,4 @@
-"""Displacements obey the laws of SE(2); rays and crossings agree with shapely."""
+"""Rays and crossings agree with shapely."""
 
 import jax
 import jax.numpy as jnp
@@ -9,96 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motorspace import Pose, layout
-from motorspace.worlds.geometry import (
-    MARGIN,
-    advance,
-    cast,
-    compose,
-    cos_sin,
-    gap_to_move,
-    gap_to_point,
-    inside,
-    inverse,
-    least_gap,
-    relative,
-    wrap,
-)
-
-coordinate = st.floats(-20, 20, width=32)
-angle = st.floats(-3, 3, width=32)
-displacement = st.tuples(coordinate, coordinate, angle).map(lambda d: jnp.array(d, jnp.float32))
-pose = st.tuples(coordinate, coordinate, angle, angle).map(
-    lambda p: Pose(*(jnp.float32(v) for v in p))
-)
-
-
-COMPOSE, INVERSE, RELATIVE = jax.jit(compose), jax.jit(inverse), jax.jit(relative)
-
-
-def matrix(d):
-    """The homogeneous matrix of a displacement, float64."""
-    x, y, turn = (float(v) for v in d)
-    cos, sin = np.cos(turn), np.sin(turn)
-    return np.array([[cos, -sin, x], [sin, cos, y], [0, 0, 1]])
+from motorspace.se2 import cos_sin
+from motorspace.worlds.rays import cast
+from motorspace.worlds.walls import MARGIN, gap_to_move, gap_to_point, inside, least_gap
 
 
 def point(x, y):
     zero = jnp.zeros(())
     return Pose(jnp.float32(x), jnp.float32(y), zero, zero)
-
-
-@settings(max_examples=60, deadline=None)
-@given(displacement, displacement)
-def test_compose_is_the_matrix_product(first, then):
-    np.testing.assert_allclose(
-        matrix(COMPOSE(first, then)), matrix(first) @ matrix(then), atol=1e-4
-    )
-
-
-@settings(max_examples=60, deadline=None)
-@given(displacement)
-def test_inverse_is_the_matrix_inverse(d):
-    np.testing.assert_allclose(matrix(INVERSE(d)), np.linalg.inv(matrix(d)), atol=1e-4)
-
-
-@settings(max_examples=60, deadline=None)
-@given(pose, pose, pose)
-def test_relative_displacements_chain(a, b, c):
-    chained = COMPOSE(RELATIVE(a, b), RELATIVE(b, c))
-    np.testing.assert_allclose(matrix(chained), matrix(RELATIVE(a, c)), atol=2e-4)
-
-
-def test_relative_is_measured_in_the_frame_of_the_sensors():
-    start = Pose(*jnp.array([1.0, 2.0, np.pi / 4, np.pi / 4]))
-    end = Pose(*jnp.array([0.0, 5.0, np.pi, 0.0]))
-    # Gazing along +y: three ahead, one to the left, a quarter turn to the left.
-    np.testing.assert_allclose(relative(start, end), [3.0, 1.0, np.pi / 2], atol=1e-6)
-
-
-def test_advance_moves_ahead_and_to_the_left():
-    start = Pose(*jnp.array([1.0, 1.0, np.pi / 2, 0.3]))
-    end = advance(start, jnp.float32(2.0), jnp.float32(0.5))
-    np.testing.assert_allclose(
-        [end.x, end.y, end.heading, end.head], [0.5, 3, np.pi / 2, 0.3], rtol=1e-6
-    )
-
-
-@pytest.mark.parametrize(("angle", "wrapped"), [(7.0, 7 - 2 * np.pi), (-4.0, 2 * np.pi - 4)])
-def test_wrap(angle, wrapped):
-    np.testing.assert_allclose(wrap(jnp.float32(angle)), wrapped, atol=1e-6)
-
-
-def test_wrap_keeps_pi_and_turns_minus_pi_over():
-    assert wrap(jnp.float32(jnp.pi)) == jnp.float32(jnp.pi)
-    assert wrap(-jnp.float32(jnp.pi)) == jnp.float32(jnp.pi)
-
-
-def test_cosine_and_sine_are_those_of_float64():
-    angles = np.concatenate([np.linspace(-20, 20, 100_001), np.pi / 4 * np.arange(-16, 17)])
-    angles = angles.astype(np.float32)
-    cos, sin = cos_sin(jnp.asarray(angles))
-    np.testing.assert_allclose(cos, np.cos(angles.astype(float)), atol=2e-7)
-    np.testing.assert_allclose(sin, np.sin(angles.astype(float)), atol=2e-7)
 
 
 def range_by_shapely(walls, origin, angle, max_range):

@@ -1,0 +1,1 @@
+"""What leaves: a run's arrays and networks for other programs, and runs side by side."""

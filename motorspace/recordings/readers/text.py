@@ -1,0 +1,103 @@
+"""The text of a file, whatever its compression, encoding and line ends."""
+
+import gzip
+import math
+import zlib
+from pathlib import Path
+
+from motorspace._errors import UserError
+
+GZIP = b"\x1f\x8b"
+HEAD = 65_536
+"""Bytes that a reader sees to recognise its format."""
+
+UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+
+
+def read_text(path: Path) -> str:
+    """The whole text, decompressed and decoded.
+
+    UTF-8 and UTF-16 with or without a byte order mark where there is one, else Latin-1.
+
+    Raises `UserError` for a file that is missing, empty, damaged or not text.
+    """
+    content = read_bytes(path)
+    if not content.strip():
+        raise UserError("the file is empty", where=path, remedy="check how it was written")
+    if content.startswith(UTF_16):
+        return content.decode("utf-16", errors="replace")
+    if b"\0" in content:
+        raise UserError("the file is not text", where=path, remedy="give a text log or a table")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("latin-1").removeprefix("\xef\xbb\xbf")
+
+
+def read_bytes(path: Path, size: int = -1) -> bytes:
+    """The first `size` bytes of a file, all of them by default, decompressed if it is gzip.
+
+    Raises `UserError` for a file that is missing or damaged.
+    """
+    found = bytearray()
+    try:
+        with path.open("rb") as file:
+            packed = file.read(2) == GZIP
+            file.seek(0)
+            if not packed:
+                return file.read(size)
+            with gzip.open(file) as unpacked:
+                while (left := size - len(found)) and (part := unpacked.read(_some(left))):
+                    found += part
+    except EOFError:
+        if size >= 0:
+            return bytes(found)
+        raise UserError(
+            "the gzip file is cut off",
+            where=f"{path}, after line {found.count(10)}",
+            remedy="copy it again",
+        ) from None
+    except FileNotFoundError:
+        raise UserError("there is no such file", where=path, remedy="check the path") from None
+    except IsADirectoryError:
+        raise UserError("this is a folder", where=path, remedy="give the log's file") from None
+    except (OSError, zlib.error) as error:
+        reason = getattr(error, "strerror", None) or "the gzip data are damaged"
+        raise UserError(
+            f"the file cannot be read ({reason})", where=path, remedy="check it, or copy it again"
+        ) from None
+    return bytes(found)
+
+
+def _some(left: int) -> int:
+    """A part at a time: what was read before the end of a cut file is known."""
+    return HEAD if left < 0 else min(left, HEAD)
+
+
+def numbers(words: list[str], place: str) -> list[float]:
+    """The words as numbers, infinite ones and NaN too. Raises `UserError` for any other word."""
+    try:
+        return [float(word) for word in words]
+    except ValueError:
+        wrong = next(word for word in words if not is_number(word))
+        raise UserError(
+            f"{wrong!r} is not a number", where=place, remedy="correct the value"
+        ) from None
+
+
+def finite(words: list[str], place: str) -> list[float]:
+    """The words as finite numbers. Raises `UserError` for any other word."""
+    values = numbers(words, place)
+    for word, value in zip(words, values, strict=True):
+        if not math.isfinite(value):
+            raise UserError(f"{word!r} is not finite", where=place, remedy="correct the value")
+    return values
+
+
+def is_number(word: str) -> bool:
+    """Whether the word is a number; "nan" and "inf" are."""
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True

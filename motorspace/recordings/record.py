@@ -1,0 +1,76 @@
+"""Walks of simulated agents."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from motorspace._errors import UserError
+from motorspace._types import Collision, Flag, Flags, Key, Motor, Motors, Pose
+from motorspace.recordings.recording import Recording
+from motorspace.worlds.scenario import Scenario
+
+MAX_REFUSALS = 30
+"""So many commands are sampled for a step before the agent counts as stuck."""
+
+
+def record(
+    scenario: Scenario, *, num_steps: int, collision: Collision = "resample", key: Key
+) -> Recording:
+    """One walk of random commands, with a reading before, between and after them.
+
+    Args:
+        scenario: The world, the agent and its sensor.
+        num_steps: Commands in a row.
+        collision: What happens to a command whose movement crosses a wall. "resample" samples
+            another one; where 30 in a row are refused, the agent only turns, and no transition
+            goes through this step. "block" keeps the command and discards its translation.
+        key: Source of the start and of the commands.
+
+    Returns:
+        `num_steps` + 1 scans, one command between each two of them, true poses. A step lasts one
+        second.
+
+    Raises:
+        UserError: Fewer than one step, or a world without a free place.
+    """
+    if num_steps < 1:
+        raise UserError(f"num_steps must be at least 1, got {num_steps}")
+    start_key, walk_key = jax.random.split(key)
+    start = scenario.start(key=start_key)
+    tries = MAX_REFUSALS if collision == "resample" else 1
+    poses, motors, blocked = _walk(scenario, start, jax.random.split(walk_key, num_steps), tries)
+    usable = ~np.asarray(blocked) if collision == "resample" else np.ones(num_steps, bool)
+    stuck = int((~usable).sum())
+    return Recording(
+        name=f"simulated {type(scenario.agent).__name__}",
+        time=np.arange(num_steps + 1, dtype=np.float64),
+        sensors=np.asarray(scenario.sense(poses).T, np.float64),
+        increments=np.asarray(motors, np.float64),
+        interval=np.arange(num_steps),
+        poses=np.stack([poses.x, poses.y, poses.heading, poses.head], axis=-1).astype(np.float64),
+        sensor_scale=tuple(scenario.space.scale),
+        planar=False,
+        usable=usable,
+        notes=(f"the agent was stuck in {stuck} of {num_steps} steps: left out",) * bool(stuck),
+    )
+
+
+@eqx.filter_jit
+def _walk(scenario: Scenario, start: Pose, keys: Key, tries: int) -> tuple[Pose, Motors, Flags]:
+    """The poses from the start on, the commands, and which of them a wall blocked."""
+
+    def advance(pose: Pose, key: Key) -> tuple[Pose, tuple[Pose, Motor, Flag]]:
+        def sampled(key: Key) -> Motor:
+            return scenario.commands.sample(key=key)
+
+        motors = jax.vmap(sampled, out_axes=-1)(jax.random.split(key, tries))
+        here = jax.tree.map(lambda field: jnp.broadcast_to(field, (tries,)), pose)
+        after, blocked = scenario.step(here, motors)
+        first = jnp.argmin(blocked)
+        then = jax.tree.map(lambda field: field[first], after)
+        return then, (then, motors[:, first], blocked[first])
+
+    _, (poses, motors, blocked) = jax.lax.scan(advance, start, keys)
+    poses = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), start, poses)
+    return poses, motors, blocked
