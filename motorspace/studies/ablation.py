@@ -33,16 +33,17 @@ CHANGES: Mapping[str, Mapping[str, Any]] = {
 """What is changed in the preset `paper`."""
 CHANGES_OF_BEST: Mapping[str, Mapping[str, Any]] = {
     "matrices-no-noise": {"code_noise": 0.0},
-    "matrices-free-lengths": {"isometry_weight": 0.0},
+    "matrices-no-isometry": {"isometry_weight": 0.0},
     "matrices-6x6": {"code_size": 30},
 }
 """What is changed in the preset `best`."""
 TITLES = {
     **{name: name.replace("-", " ") for name in (*CHANGES, *CHANGES_OF_BEST)},
     "code-noise": "noise on the code",
+    "gru": "GRU",
     "attention-smaller-step": "attention, step of 1e-3",
     "matrices-no-noise": "matrices, no noise",
-    "matrices-free-lengths": "matrices, lengths free",
+    "matrices-no-isometry": "matrices, no isometry",
     "matrices-6x6": "matrices of 6 x 6",
 }
 

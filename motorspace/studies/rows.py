@@ -153,7 +153,7 @@ class Row:
 
 def setting(name: str, value: Value) -> str:
     """A setting of a cell as tables write it: rotations in units of pi."""
-    return f"{written(value)} π" if name == "rotation" else written(value)
+    return f"{float(value):.12} π" if name == "rotation" else written(value)
 
 
 def rows_of(study: str, results: Iterable[Result]) -> list[Row]:
