@@ -57,8 +57,10 @@ class Launches(Spread):
         """The median."""
         return sorted(self.values)[len(self.values) // 2]
 
-    def __str__(self) -> str:
-        return shown(self.mean)
+    @property
+    def ends(self) -> dict[str, float]:
+        """The median, without a range."""
+        return {"mean": self.mean, "low": self.mean, "high": self.mean}
 
 
 def claims(rows: Sequence[Mapping[str, Any]], reasons: Sequence[Reason] = ()) -> list[Claim]:
@@ -123,11 +125,11 @@ def tables(file: Mapping[str, Any], reasons: Sequence[Reason]) -> dict[str, Sequ
         "benchmarks": [_rates(row) for row in rows],
         "benchmarks_short": [_medians(row) for row in rows if _work(row) in SHOWN],
         "performance_targets": [
-            {"target": c.sentence, "measured": c.measured, "range": _range(c), "met": c.met}
+            {"target": c.sentence, "measured": c.measured.mean, "range": _range(c), "met": c.met}
             for c in found
         ],
         "performance_missed": [
-            {"target": c.sentence, "measured": c.measured, "reason": c.reason}
+            {"target": c.sentence, "measured": c.measured.mean, "reason": c.reason}
             for c in found
             if not c.met
         ],
@@ -149,7 +151,7 @@ def _medians(row: Mapping[str, Any]) -> Line:
         "motorspace": _rounded(row["ours"]["median"]),
         "peer": row["peer"],
         "its rate": _rounded(row["theirs"]["median"]),
-        "ratio": launches(row["ratio"]),
+        "ratio": row["ratio"]["median"],
     }
 
 

@@ -2,6 +2,8 @@ from ._errors import UserError as UserError
 from ._kinds import Part as Part
 from ._kinds import register as register
 from ._types import Pose as Pose
+from .analysis.measures import Measure as Measure
+from .analysis.measures import measure as measure
 from .analysis.topology import Topology as Topology
 from .analysis.topology import topology as topology
 from .evaluation.evaluate import Evaluation as Evaluation
@@ -42,5 +44,3 @@ from .worlds.spaces import DiscreteCommands as DiscreteCommands
 from .worlds.spaces import SensorSpace as SensorSpace
 from .worlds.world import LatticeWorld as LatticeWorld
 from .worlds.world import WalledWorld as WalledWorld
-from .analysis.measures import Measure as Measure
-from .analysis.measures import measure as measure

@@ -17,7 +17,7 @@ def configure(parser: CommandParser, words: Sequence[str]) -> None:
     log = next((word for word in words if not word.startswith("-")), None)
     if log is None:
         return
-    from motorspace.recordings.readers.base import READERS, reader_for
+    from motorspace.recordings.catalog import READERS, reader_for
 
     named = [after for word, after in itertools.pairwise(words) if word == "--reader"]
     kind = named[0] if named else reader_for(existing(log))

@@ -147,7 +147,7 @@ def _help(parameter: Parameter) -> str:
 
 def _who_has(name: str) -> str:
     """Whose flag it is, where it does not apply here."""
-    from motorspace.recordings.readers.base import READERS
+    from motorspace.recordings.catalog import READERS
     from motorspace.worlds.catalog import AGENTS, SENSORS
 
     owners = [

@@ -145,7 +145,7 @@ def _first_look(words: Sequence[str]) -> argparse.Namespace:
 
 
 def _reader(options: argparse.Namespace) -> str:
-    from motorspace.recordings.readers.base import reader_for
+    from motorspace.recordings.catalog import reader_for
 
     reader: str = options.reader or reader_for(options.data)
     return reader

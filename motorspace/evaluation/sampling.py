@@ -7,7 +7,8 @@ from jaxtyping import Array, Float
 from motorspace._types import Key
 from motorspace.analysis.coordinates import COMPONENTS
 from motorspace.analysis.probes import linear_probe
-from motorspace.training.data import Data, simulated
+from motorspace.training.data import Data, Derived, Logged, base_of, simulated
+from motorspace.training.sources import derive, logged_data
 from motorspace.trajectories.sampling import sample
 from motorspace.trajectories.transitions import Trajectories
 
@@ -26,6 +27,20 @@ def draw_test(data: Data, num: int, *, key: Key) -> Trajectories:
         collision=base.collision,
         key=key,
     )
+
+
+def test_trajectories(data: Data, num: int, *, key: Key) -> Trajectories:
+    """What a run is measured on, as its network is given it.
+
+    `num` fresh trajectories of a simulation, or at most as many from the test blocks of a log.
+    Raises `UserError` for data of one's own, which only their owner has.
+    """
+    if isinstance(base_of(data), Logged):
+        return logged_data(data).test[:num]
+    drawn = draw_test(data, num, key=key)
+    if not isinstance(data, Derived):
+        return drawn
+    return Trajectories(derive(data, drawn, key=key), drawn.displacements)
 
 
 def test_key(seed: int) -> jax.Array:

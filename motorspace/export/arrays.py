@@ -11,17 +11,15 @@ import numpy as np
 from jaxtyping import Float, Shaped
 
 from motorspace._errors import UserError
-from motorspace._types import Key
+from motorspace.evaluation.sampling import test_trajectories
 from motorspace.export.files import Files, made_by, needs, write_files
-from motorspace.training.config import RunConfig
-from motorspace.training.runs import Run
-from motorspace.trajectories.sampling import sample
+from motorspace.training.run import Run
 from motorspace.trajectories.transitions import Experience, Trajectories
 
 Format = Literal["npy", "parquet"]
 
-Draw = Callable[[RunConfig, int, Key], Trajectories]
-"""Draws a number of trajectories for a run of this configuration."""
+Draw = Callable[..., Trajectories]
+"""`draw(data, num, key=key)`: a number of trajectories for a run on these data."""
 
 EXPORT_SEED = 2_000_003
 """Exports draw from their own stream, apart from training and evaluation."""
@@ -40,22 +38,6 @@ class Table(NamedTuple):
     unit: str
 
 
-def simulated(config: RunConfig, num: int, key: Key) -> Trajectories:
-    """`num` fresh trajectories of the run's own kind, at its full horizon."""
-    world, agent, sensor = config.simulation.build()
-    simulation = config.simulation
-    return sample(
-        world,
-        agent,
-        sensor,
-        num=num,
-        horizon=simulation.horizon,
-        min_horizon=simulation.min_horizon,
-        collision=simulation.collision,
-        key=key,
-    )
-
-
 def export_arrays(
     run: Run,
     out: Path,
@@ -63,7 +45,7 @@ def export_arrays(
     num: int,
     seed: int = 0,
     format: Format = "npy",
-    draw: Draw = simulated,
+    draw: Draw = test_trajectories,
     force: bool = False,
 ) -> None:
     """Write the codes of fresh trajectories, and the trajectories, as arrays or tables.
@@ -89,12 +71,12 @@ def export_arrays(
 
 
 def array_files(
-    run: Run, *, num: int, seed: int = 0, format: Format = "npy", draw: Draw = simulated
+    run: Run, *, num: int, seed: int = 0, format: Format = "npy", draw: Draw = test_trajectories
 ) -> Files:
     """The files of `export_arrays`. Raises `UserError` as it does."""
     if num < 1:
         raise UserError(f"num must be at least 1, got {num}")
-    trajectories = draw(run.config, num, jax.random.key(EXPORT_SEED + seed))
+    trajectories = draw(run.config.data, num, key=jax.random.key(EXPORT_SEED + seed))
     return trajectory_files(run, trajectories, format=format, origin={"num": num, "seed": seed})
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from motorspace._errors import UserError
 from motorspace.export.files import made_by
-from motorspace.training.runs import Run, load_run
+from motorspace.training.run import Run, load_run
 
 Value = str | int | float | bool | None
 Cells = dict[str, tuple[Value, ...]]

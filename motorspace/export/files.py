@@ -1,6 +1,5 @@
 """What an export writes: named files, all of them complete before the first is written."""
 
-import dataclasses
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.metadata import version
@@ -9,7 +8,7 @@ from typing import Any
 
 from motorspace._errors import UserError
 from motorspace._files import write_atomically
-from motorspace.training.runs import Run
+from motorspace.training.run import Run
 
 Files = dict[str, bytes]
 """The content of each file by its name."""
@@ -66,4 +65,4 @@ def needs(extra: str) -> Iterator[None]:
 
 def made_by(run: Run) -> dict[str, Any]:
     """What every export says of its origin: the version of motorspace and the configuration."""
-    return {"motorspace": version("motorspace"), "config": dataclasses.asdict(run.config)}
+    return {"motorspace": version("motorspace"), "config": run.config.as_json()}

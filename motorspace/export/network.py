@@ -12,19 +12,17 @@ from jaxtyping import Array, Float, Int
 from motorspace._errors import UserError
 from motorspace.export.files import made_by
 from motorspace.export.numpy_model import ACTIVATIONS, FORMAT_VERSION
-from motorspace.models.encoder import (
-    MAX_UNROLL,
-    AttentionEncoder,
+from motorspace.models.encoders.attention import AGE_SCALE, AttentionEncoder
+from motorspace.models.encoders.baselines import (
     ConstantEncoder,
     FlatEncoder,
-    GroupEncoder,
     IdentityEncoder,
-    LinearRecurrentEncoder,
-    RecurrentEncoder,
     SumEncoder,
 )
+from motorspace.models.encoders.matrix_product import MatrixProductEncoder
+from motorspace.models.encoders.recurrent import GRUEncoder, LinearRecurrentEncoder, LSTMEncoder
 from motorspace.models.model import SensorPredictor
-from motorspace.training.runs import Run
+from motorspace.training.run import Run
 from motorspace.trajectories.transitions import Experience
 
 TOLERANCE = 1e-5
@@ -207,7 +205,7 @@ def _activation(function: Callable[[Array], Array]) -> str:
     )
 
 
-def _recurrent(encoder: RecurrentEncoder) -> Parts:
+def _recurrent(encoder: LSTMEncoder | GRUEncoder) -> Parts:
     cell = encoder.cell
     kind = "lstm" if isinstance(cell, eqx.nn.LSTMCell) else "gru"
     names = ("weight_ih", "weight_hh", "bias", *(("bias_n",) if kind == "gru" else ()))
@@ -231,11 +229,11 @@ def _attention(encoder: AttentionEncoder) -> Parts:
         "output": (_layer(attention.output_proj),),
         "to_code": _mlp_layers(encoder.to_code),
     }
-    options = {"num_heads": attention.num_heads, "age_scale": MAX_UNROLL}
+    options = {"num_heads": attention.num_heads, "age_scale": AGE_SCALE}
     return Parts("attention", layers, {}, options)
 
 
-def _matrix_product(encoder: GroupEncoder) -> Parts:
+def _matrix_product(encoder: MatrixProductEncoder) -> Parts:
     layers = {
         "transition": _whole_matrix(_mlp_layers(encoder.transition), encoder.size),
         "readout": _whole_matrix(_mlp_layers(encoder.readout), encoder.size),
@@ -256,10 +254,11 @@ def _mlp(kind: str) -> Callable[[SumEncoder | FlatEncoder], Parts]:
 
 
 PARTS: dict[type, Callable[[Any], Parts]] = {
-    RecurrentEncoder: _recurrent,
+    LSTMEncoder: _recurrent,
+    GRUEncoder: _recurrent,
     LinearRecurrentEncoder: _linear,
     AttentionEncoder: _attention,
-    GroupEncoder: _matrix_product,
+    MatrixProductEncoder: _matrix_product,
     SumEncoder: _mlp("sum"),
     FlatEncoder: _mlp("mlp"),
     ConstantEncoder: lambda encoder: Parts("none"),

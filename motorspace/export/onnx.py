@@ -8,7 +8,7 @@ import numpy as np
 
 from motorspace.export.files import Files, needs, write_files
 from motorspace.export.network import described, largest_difference, network_of
-from motorspace.training.runs import Run
+from motorspace.training.run import Run
 
 
 def export_onnx(run: Run, out: Path, *, force: bool = False) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from motorspace.export import numpy_model
 from motorspace.export.files import Files, write_files
 from motorspace.export.network import described, largest_difference, named_weights, network_of
-from motorspace.training.runs import Run
+from motorspace.training.run import Run
 
 
 def export_numpy(run: Run, out: Path, *, force: bool = False) -> None:

@@ -55,6 +55,8 @@ class Job:
     """Name of the function that measures the run, one of those that its study has registered."""
     trains: bool = True
     """False measures the network at its initial weights."""
+    place: str = ""
+    """Name of the run's folder, if it is not to be made from the cell."""
 
     @property
     def seed(self) -> int:
@@ -68,15 +70,9 @@ class Job:
 
     @property
     def folder(self) -> str:
-        """Name of the run's folder within its study.
-
-        >>> from types import SimpleNamespace
-        >>> config = SimpleNamespace(
-        ...     training=SimpleNamespace(seed=3), hash=lambda: "9c1f00aa22bb"
-        ... )
-        >>> Job("table1", cell(agent="forward", rotation=0.2), config).folder
-        'agent-forward_rotation-0.2_seed3_9c1f00aa22bb'
-        """
+        """Name of the run's folder within its study: `agent-forward_rotation-0.2_seed3_HASH`."""
+        if self.place:
+            return self.place
         slug = "_".join(f"{_slug(name)}-{_slug(shown(value))}" for name, value in self.cell)
         start = f"{slug[:SLUG_LENGTH]}_" if slug else ""
         return f"{start}seed{self.seed}_{self.config.hash()}"

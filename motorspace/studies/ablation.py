@@ -71,24 +71,23 @@ def rows(found: Sequence[Row]) -> list[Row]:
 
 def figure(found: Sequence[Row]) -> "Figure":
     """The main measures, a line for each change."""
-    from motorspace.analysis.measures import measure
-    from motorspace.reports.curves import bars_figure
+    from motorspace.reports.figures.measures import changes_figure
 
     keys = ("prediction.error", "linear_r2.worst", "equivalence_ratio", "normalised_topology_error")
-    names = [TITLES.get(name, name) for row in found for name in [_name(row)]]
-    points = {key: [row[key].at(0) if key in row else None for row in found] for key in keys}
-    return bars_figure(names, {measure(key).label: found for key, found in points.items()})
+    lines = [{"changed": _name(row)} | row.line(*keys) for row in found]
+    return changes_figure(lines, "changed", keys)
 
 
 def _name(row: Row) -> str:
-    return str(row.cell.get("change", row.cell.get("variant")))
+    name = str(row.cell.get("change", row.cell.get("variant")))
+    return TITLES.get(name, name)
 
 
 def _table(*keys: str) -> Table:
     lines = columns(*keys, heads=HEADS)
     return Table(
         lambda found: [
-            {"changed": TITLES.get(_name(row), _name(row))} | line
+            {"changed": _name(row), **line}
             for row, line in zip(found, lines(found), strict=True)
         ]
     )

@@ -84,27 +84,23 @@ def percent(found: Sequence[Row]) -> list[Line]:
     return [
         {
             **line,
-            "increase, %": Spread(tuple(100 * (v - 1) for v in row["angle_scale.ratio"].values)),
+            "increase, %": _percent(row["angle_scale.ratio"]).ends,
         }
         for row, line in zip(found, lines, strict=True)
     ]
 
 
+def _percent(ratio: Spread) -> Spread:
+    return Spread(tuple(100 * (value - 1) for value in ratio.values))
+
+
 def figure(found: Sequence[Row]) -> "Figure":
     """How much worse the sensors are predicted where angles are wrong by a factor."""
-    from motorspace.reports.curves import Curve, Panel, panels_figure
+    from motorspace.reports.figures.measures import Axis, curves_figure
 
-    curves = {
-        f"r = {rotation} π": Curve(
-            [
-                row["angle_scale.ratio"].at(float(row.cell["angle"]))
-                for row in chosen(found, rotation=rotation)
-            ]
-        )
-        for rotation in ROTATIONS
-    }
-    axes = {"xlabel": "factor on all rotations", "ylabel": "error / that of the right scale"}
-    return panels_figure([Panel("", curves, axes)])
+    key = "angle_scale.ratio"
+    lines = [row.line(key) | {"r": f"r = {row.cell['rotation']} π"} for row in found]
+    return curves_figure(lines, Axis("angle", "factor on all rotations"), [key], series=("r",))
 
 
 HEADS = {"angle": "rotations scaled by", "prediction.error": "error"}

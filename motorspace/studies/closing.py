@@ -54,14 +54,11 @@ def measured(run: "Run", num: int) -> Mapping[str, float]:
 
 def figure(found: Sequence[Row]) -> "Figure":
     """The seam's gap and the loop's persistence, a line for each way to turn."""
-    from motorspace.reports.curves import bars_figure
+    from motorspace.reports.figures.measures import changes_figure
 
-    titles = {
-        "seam_gap": "seam gap (1: closed)",
-        "loop_persistence": "loop persistence (1: a circle)",
-    }
-    points = {title: [row[key].at(0) for row in found] for key, title in titles.items()}
-    return bars_figure([row.name for row in found], points)
+    keys = ("seam_gap", "loop_persistence")
+    lines = [{"turns": row.name} | row.line(*keys) for row in found]
+    return changes_figure(lines, "turns", keys)
 
 
 SHORT = (

@@ -30,7 +30,7 @@ def write_figures(folder: Path, budget: Budget) -> list[Path]:
         The files.
     """
     from motorspace._files import write_atomically
-    from motorspace.reports.figures import png
+    from motorspace.reports.figures.style import png
 
     written = []
     for name, figure in _figures(folder, budget):
@@ -41,7 +41,8 @@ def write_figures(folder: Path, budget: Budget) -> list[Path]:
 
 def _figures(folder: Path, budget: Budget) -> "Iterator[tuple[str, Figure]]":
     from motorspace.analysis.projections import ica, pca
-    from motorspace.reports import figures
+    from motorspace.reports.figures.codes import codes_figure, lattice_figure
+    from motorspace.reports.figures.style import JET
 
     for agent in CONTINUOUS:
         rows = []
@@ -53,16 +54,13 @@ def _figures(folder: Path, budget: Budget) -> "Iterator[tuple[str, Figure]]":
                 rows.append((title, pca(codes).coordinates, displacements))
                 if rotation == SHOWN_ROTATIONS[-1]:
                     row = (title, ica(codes), displacements)
-                    yield f"ica-{agent}", figures.codes_figure([row], axis_name="IC")
+                    yield f"ica-{agent}", codes_figure([row], axis_name="IC")
         if rows:
-            yield f"codes-{agent}", figures.codes_figure(rows, colours=figures.PAPER_COLOURS)
-            yield (
-                f"codes-{agent}-uniform",
-                figures.codes_figure(rows, colours=figures.UNIFORM_COLOURS),
-            )
+            yield f"codes-{agent}", codes_figure(rows, colours=JET)
+            yield f"codes-{agent}-uniform", codes_figure(rows)
     for study, setting, draw in (
-        ("lattice", "variant", figures.lattice_figure),
-        ("robots", "recording", figures.codes_figure),
+        ("lattice", "variant", lattice_figure),
+        ("robots", "recording", codes_figure),
     ):
         rows = [
             (str(dict(job.cell)[setting]).replace("-", " "), pca(codes).coordinates, displacements)

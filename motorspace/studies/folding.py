@@ -62,43 +62,35 @@ def measured(run: "Run", num: int) -> Mapping[str, float]:
     return course
 
 
-def courses(row: Row) -> dict[int, list[tuple[float, float, float, float]]]:
-    """{full turns: points of the equivalence ratio over the epochs}."""
-    found: dict[int, list[tuple[float, float, float, float]]] = {}
-    first, *_ = row.runs.values()
-    for key in first:
-        _, epoch, rest = key.split(".", 2)
-        if key in row:
-            turns = int(rest.rpartition(".")[2])
-            found.setdefault(turns, []).append(row[key].at(int(epoch)))
-    return dict(sorted(found.items()))
+def courses(found: Sequence[Row]) -> list[Line]:
+    """A line for each preset, measured epoch and number of full turns."""
+    return [
+        {"variant": row.cell["variant"], "epoch": int(epoch), "turns": int(turns)}
+        | {TURNS: row[key].ends}
+        for row in found
+        for key in next(iter(row.runs.values()))
+        for _, epoch, *_, turns in [key.split(".")]
+        if key in row
+    ]
 
 
 def lines(found: Sequence[Row]) -> list[Line]:
     """The equivalence ratio by full turns in the course of training, means over seeds."""
+    by_epoch: dict[tuple[str, int], dict[str, float]] = {}
+    for line in courses(found):
+        means = by_epoch.setdefault((line["variant"], line["epoch"]), {})
+        means[f"{line['turns']} full turns"] = line[TURNS]["mean"]
     return [
-        {"codes": row.cell["variant"], "epoch": int(points[0])}
-        | {f"{turns} full turns": mean for turns, (_, mean, *_) in zip(of, at, strict=True)}
-        for row in found
-        for of in [courses(row)]
-        for at in zip(*of.values(), strict=True)
-        for points in [at[0]]
+        {"codes": variant, "epoch": epoch, **means} for (variant, epoch), means in by_epoch.items()
     ]
 
 
 def figure(found: Sequence[Row]) -> "Figure":
     """The course of every number of full turns, a panel for each preset."""
-    from motorspace.reports.curves import Curve, Panel, panels_figure
+    from motorspace.reports.figures.measures import curves_figure
 
-    panels = [
-        Panel(
-            str(row.cell["variant"]),
-            {f"{turns} full turns apart": Curve(p) for turns, p in courses(row).items()},
-            {"xlabel": "epoch", "yscale": "log", "ylabel": "squared distance / that of all pairs"},
-        )
-        for row in found
-    ]
-    return panels_figure(panels, size=(9, 3.8), share_y=True)
+    named = [line | {"apart": f"{line['turns']} full turns apart"} for line in courses(found)]
+    return curves_figure(named, "epoch", [TURNS], series=("apart",), panels="variant")
 
 
 STUDY = Study(

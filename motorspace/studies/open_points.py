@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from motorspace.analysis.measures import Measure, define
 from motorspace.running.jobs import Job, cell
 from motorspace.studies.cells import evaluated, system
 from motorspace.studies.rows import COMPONENTS, Row, with_worst
@@ -12,6 +13,8 @@ from motorspace.training.settings import changed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+define(Measure("open_points.to_mean", "error / error of the mean", goal="low", chance=1))
 
 
 class Change(NamedTuple):
@@ -70,11 +73,23 @@ def jobs(budget: Budget, seeds: int) -> list[Job]:
 
 def figure(found: Sequence[Row]) -> "Figure":
     """The error over that of the mean, a line for each change."""
-    from motorspace.reports.curves import bars_figure
+    from motorspace.reports.figures.measures import changes_figure
 
-    ratios = [row["prediction.error"] / row["prediction.mean"].mean for row in found]
-    names = [TITLES[str(row.cell["change"])] for row in found]
-    return bars_figure(names, {"error / error of the mean": [ratio.at(0) for ratio in ratios]})
+    lines = [
+        {"changed": TITLES[str(row.cell["change"])], **row.line("open_points.to_mean")}
+        for row in found
+    ]
+    return changes_figure(lines, "changed", ["open_points.to_mean"])
+
+
+def rows(found: Sequence[Row]) -> list[Row]:
+    """The rows with the worst probe, and the error over that of the mean."""
+    return [
+        with_worst(row, "probe_r2").with_measures(
+            {"open_points.to_mean": row["prediction.error"] / row["prediction.mean"].mean}
+        )
+        for row in found
+    ]
 
 
 ERRORS = ("change", "prediction.error", "prediction.mean", "prediction.persistence")
@@ -91,7 +106,7 @@ STUDY = Study(
     jobs=jobs,
     measures={"evaluate": evaluated},
     budget="quick",
-    rows=lambda found: [with_worst(row, "probe_r2") for row in found],
+    rows=rows,
     tables={
         "open_points_short": Table(columns(*ERRORS, "probe_r2.worst", heads=HEADS, titles=TITLES)),
         "open_points": Table(columns(*ERRORS, *PROBES, "seeds", heads=HEADS, titles=TITLES)),

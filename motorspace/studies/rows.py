@@ -5,15 +5,14 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from statistics import fmean
+from typing import Any
 
 import numpy as np
 from jaxtyping import Int
 
 from motorspace._errors import UserError
 from motorspace.analysis.measures import Measure, measure
-from motorspace.reports.tables import shown
-from motorspace.running.jobs import Value
-from motorspace.running.jobs import shown as written
+from motorspace.running.jobs import Value, shown
 from motorspace.running.store import Result
 
 LEVEL, NUM_RESAMPLES = 0.95, 9999
@@ -31,8 +30,8 @@ class Spread:
     """Values of one measure over seeds.
 
     Example:
-        >>> print(Spread((1.0, 2.0, 3.0, 4.0)))
-        2.5 ± 1
+        >>> Spread((1.0, 2.0, 3.0, 4.0)).ends
+        {'mean': 2.5, 'low': 1.5, 'high': 3.5}
     """
 
     values: tuple[float, ...]
@@ -53,23 +52,13 @@ class Spread:
         return _interval(self.values)
 
     @property
-    def half(self) -> float:
-        """Half the width of the interval."""
+    def ends(self) -> dict[str, float]:
+        """The mean and the ends of its interval, as tables and figures take them."""
         low, high = self.interval
-        return (high - low) / 2
-
-    def at(self, x: float) -> tuple[float, float, float, float]:
-        """A point of a curve: x, the mean, the ends of its interval."""
-        return x, self.mean, *self.interval
+        return {"mean": self.mean, "low": low, "high": high}
 
     def __truediv__(self, level: float) -> "Spread":
         return Spread(tuple(value / level for value in self.values))
-
-    def __str__(self) -> str:
-        """The mean, and half the interval unless that is below the digits of the mean."""
-        place = 10.0 ** (math.floor(math.log10(abs(self.mean) or 1)) - 2)
-        half = f" ± {shown(self.half, digits=1)}" if self.half >= place / 2 else ""
-        return shown(self.mean) + half
 
 
 @cache
@@ -138,6 +127,10 @@ class Row:
     def __contains__(self, key: str) -> bool:
         return self.get(key) is not None
 
+    def line(self, *keys: str) -> dict[str, Any]:
+        """The settings of the cell and these measures, as figures take them."""
+        return {**self.cell, **{key: self[key].ends for key in keys if key in self}}
+
     def matches(self, settings: Settings) -> bool:
         """Whether the cell has these settings."""
         return all(
@@ -153,7 +146,7 @@ class Row:
 
 def setting(name: str, value: Value) -> str:
     """A setting of a cell as tables write it: rotations in units of pi."""
-    return f"{float(value):.12} π" if name == "rotation" else written(value)
+    return f"{float(value):.12} π" if name == "rotation" else shown(value)
 
 
 def rows_of(study: str, results: Iterable[Result]) -> list[Row]:
@@ -167,7 +160,9 @@ def rows_of(study: str, results: Iterable[Result]) -> list[Row]:
     ]
 
 
-def chosen(rows: Iterable[Row], study: str | None = None, /, **settings: Value) -> list[Row]:
+def chosen(
+    rows: Iterable[Row], study: str | None = None, /, **settings: Value | tuple[Value, ...]
+) -> list[Row]:
     """The rows whose cells have these settings."""
     return [row for row in rows if row.matches(settings) and study in (None, row.study)]
 

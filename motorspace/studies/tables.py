@@ -37,7 +37,9 @@ def columns(
         if key in row.cell:
             return titles.get(row.cell[key], setting(key, row.cell[key]))
         found = {"seeds": len(row.runs), "epochs": row.epochs}.get(key, row.get(key))
-        return found.mean if means and isinstance(found, Spread) else found
+        if isinstance(found, Spread):
+            return found.mean if means else found.ends
+        return found
 
     def head(key: str) -> str:
         known = known_measure(key)
@@ -121,7 +123,7 @@ class Results:
 
     def pictures(self) -> dict[str, bytes]:
         """Every figure of a study that has rows, by its name, as a PNG file."""
-        from motorspace.reports.figures import png
+        from motorspace.reports.figures.style import png
 
         return {
             name: png(draw(rows), dots_per_inch=80)

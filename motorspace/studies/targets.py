@@ -105,7 +105,7 @@ def missed_lines(found: Iterable[Claim]) -> list[Line]:
         {
             "cell": claim.row.name,
             "target": claim.sentence,
-            "measured": claim.measured,
+            "measured": claim.measured.ends,
             "seeds": len(claim.measured.values),
             "reason": claim.reason,
         }
@@ -132,7 +132,7 @@ def all_lines(found: Iterable[Claim]) -> list[Line]:
             "study": claim.row.study,
             "cell": claim.row.name,
             "target": claim.sentence,
-            "measured": claim.measured,
+            "measured": claim.measured.ends,
             "seeds": len(claim.measured.values),
             "met": claim.met,
         }

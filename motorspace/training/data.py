@@ -122,7 +122,7 @@ class Logged:
         sha256: str | None = None,
         **options: Any,
     ) -> None:
-        from motorspace.recordings.readers.base import READERS, reader_for
+        from motorspace.recordings.catalog import READERS, reader_for
 
         kind = reader_for(Path(path)) if reader is None else reader
         part = READERS.part(kind, options) if isinstance(kind, str) else kind
@@ -161,7 +161,7 @@ class Logged:
 
     def recording(self) -> "Recording":
         """The log, read. Raises `UserError` if it is gone, has changed or cannot be read."""
-        from motorspace.recordings.readers.base import READERS
+        from motorspace.recordings.catalog import READERS
 
         self.check_content()
         read: Recording = READERS.build(self.reader).read(Path(self.path))
@@ -242,7 +242,7 @@ def data_from_json(value: Mapping[str, Any], *, where: object) -> Data:
             sensor = _part_from_json(SENSORS, fields.pop("sensor"), where=where)
             return Simulated(agent, sensor, **fields)
         case "logged":
-            from motorspace.recordings.readers.base import READERS
+            from motorspace.recordings.catalog import READERS
 
             return Logged(
                 reader=_part_from_json(READERS, fields.pop("reader"), where=where), **fields

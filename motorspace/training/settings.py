@@ -78,7 +78,7 @@ def simulated_groups(agent: str, sensor: str | None = None) -> list[Group]:
 
 def logged_groups(reader: str) -> list[Group]:
     """Every setting of a run on a log."""
-    from motorspace.recordings.readers.base import READERS
+    from motorspace.recordings.catalog import READERS
 
     return [
         Group(f"reader {reader}", READERS.parameters(reader)),
@@ -116,7 +116,7 @@ def configured_on_log(
     log: Path, settings: Settings, *, reader: str | None = None, preset: PresetName = "paper"
 ) -> RunConfig:
     """The configuration of a run on a log; see `configured`."""
-    from motorspace.recordings.readers.base import READERS, reader_for
+    from motorspace.recordings.catalog import READERS, reader_for
 
     kind = reader or reader_for(log)
     values = _in_radians(settings, logged_groups(kind))

@@ -13,7 +13,8 @@ import numpy as np
 from motorspace._errors import UserError
 from motorspace._types import Count, Key
 from motorspace.models.model import Scaling
-from motorspace.recordings.recording import Recording, split_blocks, windows
+from motorspace.recordings.recording import Recording
+from motorspace.recordings.windows import split_blocks, windows
 from motorspace.training.config import RunConfig, TrainingConfig
 from motorspace.training.data import Data, Derived, Logged, Simulated, base_of, simulated
 from motorspace.trajectories import derived
@@ -186,7 +187,7 @@ def _oracle_of(data: LoggedData) -> LoggedData:
 def _split(
     recording: Recording, data: Logged, scans: int
 ) -> tuple[Trajectories, Trajectories, Trajectories]:
-    everything = windows(recording, horizon_scans=scans, per_scan=data.per_scan)
+    everything = windows(recording, horizon=scans, per_scan=data.per_scan)
     train, validation, test = split_blocks(
         recording, horizon=scans, num_blocks=data.num_blocks, key=jax.random.key(SPLIT_SEED)
     )

@@ -11,7 +11,7 @@ from safetensors import SafetensorError
 from safetensors.numpy import load, save
 
 from motorspace._errors import UserError
-from motorspace._files import write_as_told
+from motorspace._files import write_atomically
 from motorspace.trajectories.transitions import Displacements, Experience, Trajectories
 
 EXPERIENCE = ("sensors", "motors", "num_steps", "later_sensors")
@@ -31,7 +31,7 @@ def save_trajectories(path: Path, trajectories: Trajectories, *, config: dict[st
     }
     text = json.dumps(config)
     content = save(arrays, metadata={"config": text, "sha256": _digest(arrays, text)})
-    write_as_told(path, content, what="trajectories")
+    write_atomically(path, content)
 
 
 def load_trajectories(path: Path) -> tuple[Trajectories, dict[str, Any]]:

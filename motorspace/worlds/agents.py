@@ -64,7 +64,9 @@ class ForwardAgent(AbstractAgent):
         UserError: For a largest rotation that is not finite and above 0.
     """
 
-    max_rotation: float = eqx.field(static=True, default=0.8 * math.pi, metadata={"in_pi": True, "positive": True})
+    max_rotation: float = eqx.field(
+        static=True, default=0.8 * math.pi, metadata={"in_pi": True, "positive": True}
+    )
     """Largest body rotation per step."""
 
     def __check_init__(self) -> None:
@@ -102,7 +104,9 @@ class HolonomicAgent(AbstractAgent):
         UserError: For a largest rotation that is not finite and above 0, or an unknown rule.
     """
 
-    max_rotation: float = eqx.field(static=True, default=0.8 * math.pi, metadata={"in_pi": True, "positive": True})
+    max_rotation: float = eqx.field(
+        static=True, default=0.8 * math.pi, metadata={"in_pi": True, "positive": True}
+    )
     """Largest body rotation per step."""
     head_rule: Literal["set", "turn"] = eqx.field(static=True, default="set")
     """The head command: set the head's angle, or turn the head by it."""

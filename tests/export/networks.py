@@ -7,11 +7,12 @@ import numpy as np
 
 from motorspace.models.config import ModelConfig
 from motorspace.models.model import Scaling, build_model
-from motorspace.training.config import RunConfig, SimulationConfig
-from motorspace.training.runs import Run
+from motorspace.training.config import RunConfig
+from motorspace.training.data import Simulated
+from motorspace.training.run import Run
 from motorspace.trajectories.transitions import Displacements, Experience, Trajectories
 
-KINDS = ("lstm", "gru", "linear", "attention", "group", "sum", "mlp", "none", "identity")
+KINDS = ("lstm", "gru", "linear", "attention", "matrix_product", "sum", "mlp", "none", "identity")
 HORIZON, SCALING = 4, Scaling((10.0,) * 5, (2.5, 1.0))
 
 
@@ -24,7 +25,7 @@ def run_of(kind: str) -> Run:
     shaken = jax.tree.map(
         lambda leaf: leaf + jnp.asarray(0.3 * rng.normal(size=leaf.shape), leaf.dtype), arrays
     )
-    config = RunConfig(SimulationConfig(layout="empty", horizon=HORIZON), sizes)
+    config = RunConfig(Simulated(layout="empty", horizon=HORIZON), sizes)
     return Run(config, eqx.combine(shaken, rest))
 
 

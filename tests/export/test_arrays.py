@@ -12,7 +12,7 @@ from motorspace.export.arrays import CHUNK_SIZE, export_arrays, tables_of, traje
 from tests.export.networks import run_of, trajectories
 
 
-def drawn(config, num, key):
+def drawn(data, num, *, key):
     return trajectories(num)
 
 

@@ -9,8 +9,7 @@ import pytest
 
 from motorspace._errors import UserError
 from motorspace.export.compare import Measured, compare, compared
-from motorspace.training.config import fresh_experience, simulation_scaling
-from motorspace.training.runs import train
+from motorspace.training.run import train
 from tests.tiny import TINY
 
 ERRORS = {"prediction.error": 0.5}
@@ -19,7 +18,7 @@ ERRORS = {"prediction.error": 0.5}
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "trained"
-    train(TINY, fresh_experience(TINY), simulation_scaling(TINY), folder)
+    train(TINY, folder=folder)
     return folder
 
 

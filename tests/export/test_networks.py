@@ -15,7 +15,7 @@ from motorspace.export.numpy_model import load
 from motorspace.export.onnx import export_onnx, onnx_files
 from motorspace.export.standalone import export_numpy, numpy_files
 from motorspace.models.encoder import AbstractMotorEncoder, SumEncoder
-from motorspace.training.runs import Run
+from motorspace.training.run import Run
 from tests.export.networks import HORIZON, KINDS, run_of, sequences
 
 onnxruntime = pytest.importorskip("onnxruntime")

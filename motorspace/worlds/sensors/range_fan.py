@@ -36,7 +36,9 @@ class RangeFan(AbstractSensor[WalledWorld]):
     """Distance sensors."""
     max_range: float = eqx.field(static=True, default=10.0, metadata={"positive": True})
     """Range of the distance sensors, world units."""
-    field_of_view: float = eqx.field(static=True, default=math.pi, metadata={"in_pi": True, "positive": True})
+    field_of_view: float = eqx.field(
+        static=True, default=math.pi, metadata={"in_pi": True, "positive": True}
+    )
     """Field of view of the distance sensors."""
     sense_head: bool = eqx.field(static=True, default=False)
     """Whether the head's angle is one more sensor."""

@@ -1,1 +1,0 @@
-"""The paper's experiments, recorded robots, and the first look."""
