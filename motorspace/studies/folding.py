@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from motorspace.analysis.measures import Measure, define
 from motorspace.running.jobs import Job, cell
 from motorspace.studies.cells import system
 from motorspace.studies.rows import Row
@@ -14,6 +15,8 @@ if TYPE_CHECKING:
 
     from motorspace._types import Record
     from motorspace.training.run import Run
+
+define(Measure("folding.share.{turns}", "share of random sequences, {turns} full turns"))
 
 PRESETS: tuple[PresetName, ...] = ("best", "paper")
 TIMES = 20

@@ -31,6 +31,9 @@ define(
     Measure("collapsed", "collapsed", goal="low", perfect=0),
     Measure("structure.to_paper", "error / that of the paper's network", goal="low", chance=1),
     Measure("orientation_weight", "weight of orientation", unit="world units"),
+    # Results of 2026 hold these of the lattice, whose random sequences are often equivalent.
+    Measure("random.equivalence_ratio", "equivalence ratio of random sequences", goal="low"),
+    Measure("random.equivalence_auc", "AUC of random equivalent pairs", goal="high"),
 )
 
 
