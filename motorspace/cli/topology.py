@@ -60,9 +60,8 @@ def run(options: argparse.Namespace) -> None:
     with warnings.catch_warnings():
         warnings.showwarning = lambda message, *_, **__: note(str(message))
         found = _of_files(options) if options.displacements else _of_run(options)
-    from motorspace.reports.topology_page import topology_page
-
     from motorspace.analysis.projections import pca
+    from motorspace.reports.topology_page import topology_page
 
     what = "codes in standard form" if options.standard_form else "codes"
     coordinates = pca(found.codes).coordinates
