@@ -87,8 +87,7 @@ def _table(*keys: str) -> Table:
     lines = columns(*keys, heads=HEADS)
     return Table(
         lambda found: [
-            {"changed": _name(row), **line}
-            for row, line in zip(found, lines(found), strict=True)
+            {"changed": _name(row), **line} for row, line in zip(found, lines(found), strict=True)
         ]
     )
 

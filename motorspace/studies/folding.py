@@ -73,7 +73,7 @@ def courses(found: Sequence[Row]) -> list[Line]:
         for row in found
         for key in next(iter(row.runs.values()))
         for _, epoch, *_, turns in [key.split(".")]
-        if key in row
+        if key.startswith("epoch.") and key in row
     ]
 
 
