@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 ANGLES = (0.8, 0.9, 1.0, 1.1, 1.25)
 ROTATIONS = (0.2, 0.8)
 
-define(Measure("angle_scale.ratio", "error / that of the right scale", goal="low", perfect=1))
+define(Measure("angle_scale.ratio", "error / that of the right scale", goal="low", perfect=1.0))
 
 
 def jobs(budget: Budget, seeds: int) -> list[Job]:

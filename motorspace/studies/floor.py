@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 LEFT = ("floor.disagreement", "floor.neighbours")
 SQUARED = "sensor units²"
 define(
-    Measure("floor.error.{poses}", "{poses} poses", goal="low", perfect=0, unit=SQUARED),
-    Measure("floor.lowest", "lowest of five sets", goal="low", perfect=0, unit=SQUARED),
-    Measure("floor.highest", "highest of five sets", goal="low", perfect=0, unit=SQUARED),
+    Measure("floor.error.{poses}", "{poses} poses", goal="low", perfect=0.0, unit=SQUARED),
+    Measure("floor.lowest", "lowest of five sets", goal="low", perfect=0.0, unit=SQUARED),
+    Measure("floor.highest", "highest of five sets", goal="low", perfect=0.0, unit=SQUARED),
     Measure("floor.standard_error", "standard error", unit=SQUARED),
     Measure("floor.neighbours", "neighbours"),
     Measure("floor.num", "test trajectories"),

@@ -35,7 +35,7 @@ def _wrong(row: Row) -> Spread:
     lengths = [key.rpartition(".")[2] for key in next(iter(row.runs.values())) if ".valid." in key]
     return Spread(
         tuple(
-            sum(run[f"lattice.valid.{n}"] - run[f"lattice.correct.{n}"] for n in lengths)
+            float(sum(run[f"lattice.valid.{n}"] - run[f"lattice.correct.{n}"] for n in lengths))
             for run in row.runs.values()
         )
     )
@@ -85,7 +85,7 @@ STUDY = Study(
         Target(
             f"wrong of {CASES:,} cases, all there are",
             "lattice.wrong",
-            at_most=0,
+            at_most=0.0,
             cells={"variant": tuple(LATTICES)},
             every_seed=True,
         ),

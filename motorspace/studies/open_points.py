@@ -14,7 +14,7 @@ from motorspace.training.settings import changed
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-define(Measure("open_points.to_mean", "error / error of the mean", goal="low", chance=1))
+define(Measure("open_points.to_mean", "error / error of the mean", goal="low", chance=1.0))
 
 
 class Change(NamedTuple):

@@ -49,11 +49,13 @@ TRAINING = TrainingConfig(
 
 SQUARED = "sensor units²"
 define(
-    Measure("robots.oracle", "oracle", goal="low", perfect=0, unit=SQUARED),
-    Measure("robots.untrained", "untrained encoder", goal="low", perfect=0, unit=SQUARED),
-    Measure("robots.no_motors", "no motors", goal="low", perfect=0, unit=SQUARED),
-    Measure("robots.to_level", "error / the better of persistence and mean", goal="low", chance=1),
-    Measure("robots.to_no_motors", "error / the no-motor model's", goal="low", chance=1),
+    Measure("robots.oracle", "oracle", goal="low", perfect=0.0, unit=SQUARED),
+    Measure("robots.untrained", "untrained encoder", goal="low", perfect=0.0, unit=SQUARED),
+    Measure("robots.no_motors", "no motors", goal="low", perfect=0.0, unit=SQUARED),
+    Measure(
+        "robots.to_level", "error / the better of persistence and mean", goal="low", chance=1.0
+    ),
+    Measure("robots.to_no_motors", "error / the no-motor model's", goal="low", chance=1.0),
     Measure("robots.num_train", "transitions to train on"),
     Measure("robots.num_validation", "transitions to validate on"),
 )

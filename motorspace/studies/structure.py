@@ -28,8 +28,8 @@ CLOSED = tuple(r for r in ROTATIONS if r >= BASELINE_ROTATION)
 """Rotations with which orientation is to close into a circle."""
 
 define(
-    Measure("collapsed", "collapsed", goal="low", perfect=0),
-    Measure("structure.to_paper", "error / that of the paper's network", goal="low", chance=1),
+    Measure("collapsed", "collapsed", goal="low", perfect=0.0),
+    Measure("structure.to_paper", "error / that of the paper's network", goal="low", chance=1.0),
     Measure("orientation_weight", "weight of orientation", unit="world units"),
     # Results of 2026 hold these of the lattice, whose random sequences are often equivalent.
     Measure("random.equivalence_ratio", "equivalence ratio of random sequences", goal="low"),

@@ -28,8 +28,8 @@ VARIANTS = {"paper": lambda config: config, "oracle": oracle, "untrained": untra
 define(
     Measure("table1.oracle", "oracle", goal="low", unit="sensor units²"),
     Measure("table1.untrained", "untrained encoder", goal="low", unit="sensor units²"),
-    Measure("table1.to_oracle", "error / oracle", goal="near", perfect=1),
-    Measure("table1.to_mean", "error / error of the mean", goal="low", chance=1),
+    Measure("table1.to_oracle", "error / oracle", goal="near", perfect=1.0),
+    Measure("table1.to_mean", "error / error of the mean", goal="low", chance=1.0),
     Measure("table1.published", "paper", goal="low"),
 )
 
