@@ -4,6 +4,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
+from motorspace.cli.executors import add_executor_flags, executor_of
 from motorspace.cli.parsing import CommandParser
 from motorspace.studies.reproduce import ALL
 from motorspace.studies.study import BUDGETS, studies
@@ -41,13 +42,6 @@ def configure(parser: CommandParser, words: Sequence[str]) -> None:
         help="Folder of the results and of all runs (default: runs/studies). What is finished "
         "there is not repeated.",
     )
-    add("--jobs", type=int, default=2, metavar="N", help="Runs trained at once (default: 2).")
-    add(
-        "--address",
-        default=None,
-        metavar="HOST:PORT",
-        help="Head of a Ray cluster that trains the runs; auto: the one of this machine.",
-    )
     add(
         "--logs",
         type=Path,
@@ -55,6 +49,7 @@ def configure(parser: CommandParser, words: Sequence[str]) -> None:
         metavar="FOLDER",
         help="Folder of the recorded robots' logs, for the study robots.",
     )
+    add_executor_flags(parser)
 
 
 def run(options: argparse.Namespace) -> None:
@@ -71,7 +66,7 @@ def run(options: argparse.Namespace) -> None:
         options.out,
         budget=options.budget,
         seeds=options.seeds,
-        executor=_executor(options),
+        executor=executor_of(options),
         logs=options.logs,
         report=lambda sentence: print(sentence, flush=True),
     )
@@ -80,13 +75,3 @@ def run(options: argparse.Namespace) -> None:
 
         write_figures(options.out, options.budget)
     print(f"results: {options.out}")
-
-
-def _executor(options: argparse.Namespace):  # type: ignore[no-untyped-def]
-    if options.address is not None:
-        from motorspace.running.ray_cluster import RayExecutor
-
-        return RayExecutor(options.address, modules=tuple(options.imports))
-    from motorspace.running.processes import Processes
-
-    return Processes(options.jobs, modules=tuple(options.imports))

@@ -25,6 +25,9 @@ JAX inside the function, so that a worker can choose its core and its threads be
 OUTCOME = ".job"
 """Folder within a run's folder: its lock, and its outcome until the results hold it."""
 
+ONE_THREAD = "--xla_cpu_multi_thread_eigen=false"
+"""A flag of XLA: many processes of one thread beat one process of many."""
+
 WAIT_SECONDS = 60.0
 """How long to wait for the folder of a run: the worker that holds it may be about to end."""
 
@@ -78,7 +81,9 @@ def outcome(execute: Execute, job: Job, place: Path) -> Result:
     """The result of a job whose folder this process holds; written there before it is returned."""
     path = place / OUTCOME / "result.json"
     if path.exists():
-        return from_line(path.read_text(), where=path)
+        found = from_line(path.read_text(), where=path)
+        if found.key == job.key:
+            return found
     result = result_of(job, execute(job, place))
     write_atomically(path, result.as_line().encode())
     (place / OUTCOME / "failure.txt").unlink(missing_ok=True)
@@ -112,7 +117,7 @@ def write_failure(place: Path, failure: Failure) -> None:
         (place / OUTCOME).mkdir(parents=True, exist_ok=True)
         content = f"{failure.what}\n{failure.details}"
         write_atomically(place / OUTCOME / "failure.txt", content.encode())
-    except OSError:
+    except (OSError, UserError):
         pass
 
 

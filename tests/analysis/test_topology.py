@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from motorspace import UserError, topology
+from motorspace import topology
 from motorspace.analysis import circle, composition, dimension, distances, equivalence
 from motorspace.analysis.coordinates import displacement_coordinates
 

@@ -6,13 +6,14 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from motorspace import ModelConfig, UserError
-from motorspace.models.encoder import GroupEncoder
+from motorspace._errors import UserError
+from motorspace.models.config import ModelConfig
+from motorspace.models.encoders.matrix_product import MatrixProductEncoder
 from motorspace.models.model import Scaling, build_model
 
 
 def encoder(code_size=20):
-    return GroupEncoder(2, 16, code_size, key=jax.random.key(0))
+    return MatrixProductEncoder(2, 16, code_size, key=jax.random.key(0))
 
 
 def speaking(made):
@@ -59,10 +60,10 @@ def test_codes_of_another_size_are_refused():
 
 
 def test_the_whole_model_keeps_the_initial_weights_of_the_encoder():
-    config = ModelConfig(encoder="group", code_size=6, hidden_size=64)
+    config = ModelConfig(encoder="matrix_product", code_size=6, hidden_size=64)
     model = build_model(config, Scaling((10.0,) * 9, (1.0, 1.0)), horizon=6, key=jax.random.key(0))
     made = model.encoder
-    assert isinstance(made, GroupEncoder)
+    assert isinstance(made, MatrixProductEncoder)
     motors = jax.random.uniform(jax.random.key(1), (100, 2), minval=-2.5, maxval=2.5)
     commands, last = jax.vmap(made.matrices)(motors)
     np.testing.assert_allclose(last, jnp.broadcast_to(jnp.eye(3), last.shape), atol=1e-6)
