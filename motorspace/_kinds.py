@@ -177,7 +177,6 @@ class Registry(Generic[T]):
         )
 
 
-@functools.cache
 def parameters_of(described: type) -> tuple[Parameter, ...]:
     """The options of a dataclass (an Equinox module is one): its fields, with their docstrings.
 
@@ -203,6 +202,7 @@ def parameters_of(described: type) -> tuple[Parameter, ...]:
     )
 
 
+@functools.cache
 def field_docstrings(described: type) -> dict[str, str]:
     """The string below each field in a class's source, on one line; empty where no source is."""
     try:

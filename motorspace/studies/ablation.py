@@ -10,6 +10,7 @@ from motorspace.studies.rows import Row, chosen, with_worst
 from motorspace.studies.structure import measured_at
 from motorspace.studies.study import Budget, Study, Table
 from motorspace.studies.tables import columns
+from motorspace.training.presets import PresetName
 from motorspace.training.settings import changed
 
 if TYPE_CHECKING:
@@ -37,6 +38,10 @@ CHANGES_OF_BEST: Mapping[str, Mapping[str, Any]] = {
     "matrices-6x6": {"code_size": 30},
 }
 """What is changed in the preset `best`."""
+CHANGED: tuple[tuple[PresetName, Mapping[str, Mapping[str, Any]]], ...] = (
+    ("paper", CHANGES),
+    ("best", CHANGES_OF_BEST),
+)
 TITLES = {
     **{name: name.replace("-", " ") for name in (*CHANGES, *CHANGES_OF_BEST)},
     "code-noise": "noise on the code",
@@ -53,7 +58,7 @@ def jobs(budget: Budget, seeds: int) -> list[Job]:
     return [
         Job("ablation", cell(change=name), changed(base, settings), "structure")
         for seed in range(seeds)
-        for preset, changes in (("paper", CHANGES), ("best", CHANGES_OF_BEST))
+        for preset, changes in CHANGED
         for base in [system(AGENT, ROTATION, budget, seed, preset)]
         for name, settings in changes.items()
     ]

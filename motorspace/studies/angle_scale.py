@@ -4,13 +4,13 @@ The predictor's command is the displacement that a forward agent would compute w
 its rotations for some factor times what they are.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from motorspace.analysis.measures import Measure, define
 from motorspace.running.jobs import Job, cell
 from motorspace.studies.cells import derived, system
-from motorspace.studies.rows import Row, Spread, chosen
+from motorspace.studies.rows import Numbers, Row, Spread, chosen
 from motorspace.studies.study import Budget, Line, Study, Table
 from motorspace.studies.tables import columns
 from motorspace.training.settings import changed
@@ -46,13 +46,15 @@ def jobs(budget: Budget, seeds: int) -> list[Job]:
     ]
 
 
-def measured(run: "Run", num: int) -> Mapping[str, float]:
+def measured(run: "Run", num: int) -> Numbers:
     """Errors of prediction from such displacements."""
     from motorspace.evaluation.prediction import prediction_errors
     from motorspace.evaluation.sampling import draw_test, test_key
+    from motorspace.training.data import Derived
     from motorspace.training.sources import derive
 
     data = run.config.data
+    assert isinstance(data, Derived)
 
     def draw(key: "Key", count: int) -> "Experience":
         return derive(data, draw_test(data, count, key=key), key=key)

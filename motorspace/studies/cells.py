@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from motorspace.studies.rows import Numbers
 from motorspace.studies.study import Budget
 from motorspace.training.config import RunConfig
 from motorspace.training.data import Derived, DerivedKind, Simulated
@@ -74,7 +75,7 @@ def untrained(config: RunConfig) -> RunConfig:
     return changed(config, {"train_encoder": False, "curriculum": 0.0})
 
 
-def evaluated(run: "Run", num: int) -> Mapping[str, float]:
+def evaluated(run: "Run", num: int) -> Numbers:
     """What `evaluate` measures: errors of prediction beside baselines, probes of the codes."""
     from motorspace.evaluation.evaluate import evaluate
 

@@ -5,12 +5,12 @@ and the third a net turn beyond half a circle does not happen, so no two rotatio
 equivalent. If equivalent rotations are what bends the space, it stays flat and open there.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from motorspace.running.jobs import Job, cell
 from motorspace.studies.cells import evaluated, system
-from motorspace.studies.rows import Row
+from motorspace.studies.rows import Numbers, Row
 from motorspace.studies.study import Budget, Study, Table
 from motorspace.studies.tables import columns
 from motorspace.training.settings import changed
@@ -38,7 +38,7 @@ def jobs(budget: Budget, seeds: int) -> list[Job]:
     ]
 
 
-def measured(run: "Run", num: int) -> Mapping[str, float]:
+def measured(run: "Run", num: int) -> Numbers:
     """Errors of prediction, and whether orientation closes in the codes."""
     from motorspace.analysis import circle
     from motorspace.analysis.coordinates import displacement_coordinates

@@ -1,12 +1,12 @@
 """How low can the error of any prediction get that does not know the place?"""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from motorspace.analysis.measures import Measure, define
 from motorspace.running.jobs import Job, cell
 from motorspace.studies.cells import CONTINUOUS, ROTATIONS, TEST_TRAJECTORIES, system
-from motorspace.studies.rows import Row
+from motorspace.studies.rows import Numbers, Row
 from motorspace.studies.study import Budget, Line, Study, Table
 from motorspace.studies.tables import columns
 
@@ -41,7 +41,7 @@ def jobs(budget: Budget, seeds: int) -> list[Job]:
     ]
 
 
-def measured(run: "Run", num: int) -> Mapping[str, float]:
+def measured(run: "Run", num: int) -> Numbers:
     """The floor, from as many remembered poses as others have test trajectories."""
     from motorspace.evaluation.floor import measure_floor
 

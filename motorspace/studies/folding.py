@@ -1,12 +1,12 @@
 """When in training do full turns fold?"""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from motorspace.analysis.measures import Measure, define
 from motorspace.running.jobs import Job, cell
 from motorspace.studies.cells import system
-from motorspace.studies.rows import Row
+from motorspace.studies.rows import Numbers, Row
 from motorspace.studies.study import Budget, Line, Study, Table
 from motorspace.training.presets import PresetName
 
@@ -39,12 +39,12 @@ def jobs(budget: Budget, seeds: int) -> list[Job]:
     ]
 
 
-def measured(run: "Run", num: int) -> Mapping[str, float]:
+def measured(run: "Run", num: int) -> Numbers:
     """The equivalence ratio by full turns, as training goes on from the initial network."""
     import jax
 
     from motorspace.evaluation.structure import equivalence, subject_of
-    from motorspace.training.fit import TrainState, fit, init
+    from motorspace.training.fit import TrainState, fit, horizon_of, init
     from motorspace.training.run import Run
     from motorspace.training.sources import source_of
 
@@ -60,7 +60,7 @@ def measured(run: "Run", num: int) -> Mapping[str, float]:
             by_turns = {key: value for key, value in found.items() if key.startswith(TURNS)}
             course.update({f"epoch.{epoch}.{key}": value for key, value in by_turns.items()})
 
-    state = init(config, data.scaling, horizon=run.config.data.horizon)
+    state = init(config, data.scaling, horizon=horizon_of(data.experience))
     fit(config, state, data.experience, callback=note)
     return course
 
@@ -92,7 +92,7 @@ def figure(found: Sequence[Row]) -> "Figure":
     """The course of every number of full turns, a panel for each preset."""
     from motorspace.reports.figures.measures import curves_figure
 
-    named = [line | {"apart": f"{line['turns']} full turns apart"} for line in courses(found)]
+    named = [{**line, "apart": f"{line['turns']} full turns"} for line in courses(found)]
     return curves_figure(named, "epoch", [TURNS], series=("apart",), panels="variant")
 
 

@@ -1,6 +1,6 @@
 """Run studies: train and measure what is not finished yet, wherever jobs run."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -9,9 +9,10 @@ from motorspace._errors import UserError
 from motorspace.running.executors import Executor, Report, run_jobs
 from motorspace.running.jobs import Job
 from motorspace.studies.cells import TEST_TRAJECTORIES
+from motorspace.studies.rows import Numbers
 from motorspace.studies.study import Budget, studies, study_named
 from motorspace.training.config import RunConfig
-from motorspace.training.data import Data, Derived, Logged
+from motorspace.training.data import Derived, Logged, base_of
 
 ALL = "all"
 
@@ -47,13 +48,13 @@ def reproduce(
     wanted = [*studies()] if ALL in names else names
     jobs = [job for name in wanted for job in study_named(name).jobs(budget, seeds)]
     if ALL in names and logs is None:
-        jobs = [job for job in jobs if not isinstance(_source(job.config.data), Logged)]
-    jobs = [replace(job, config=_with_log(job.config, logs)) for job in jobs]
+        jobs = [job for job in jobs if not isinstance(base_of(_config(job).data), Logged)]
+    jobs = [replace(job, config=_with_log(_config(job), logs)) for job in jobs]
     measure = partial(execute, num=TEST_TRAJECTORIES[budget])
     run_jobs(jobs, out, measure, executor=executor, report=report)
 
 
-def execute(job: Job, folder: Path, num: int) -> Mapping[str, float]:
+def execute(job: Job, folder: Path, num: int) -> Numbers:
     """Train a job's run in a folder, from its checkpoint if there is one, and measure it.
 
     Args:
@@ -67,17 +68,19 @@ def execute(job: Job, folder: Path, num: int) -> Mapping[str, float]:
     from motorspace.training.run import initial_run, train
 
     measure = study_named(job.study).measures[job.measure]
-    run = train(job.config, folder=folder, resume=True) if job.trains else initial_run(job.config)
+    config = _config(job)
+    run = train(config, folder=folder, resume=True) if job.trains else initial_run(config)
     return measure(run, num)
 
 
-def _source(data: Data) -> Data:
-    return data.base if isinstance(data, Derived) else data
+def _config(job: Job) -> RunConfig:
+    assert isinstance(job.config, RunConfig)
+    return job.config
 
 
 def _with_log(config: RunConfig, logs: Path | None) -> RunConfig:
     """The configuration with its log in the folder `logs`, if it learns from one."""
-    source = _source(config.data)
+    source = base_of(config.data)
     if not isinstance(source, Logged):
         return config
     if logs is None:

@@ -12,7 +12,7 @@ from motorspace.analysis.measures import Measure, define
 from motorspace.models.config import ModelConfig
 from motorspace.running.jobs import Job, cell
 from motorspace.studies.cells import budgeted, evaluated
-from motorspace.studies.rows import COMPONENTS, Row, Spread, chosen
+from motorspace.studies.rows import COMPONENTS, Numbers, Row, Spread, chosen
 from motorspace.studies.study import Budget, Study, Table, Target
 from motorspace.studies.tables import columns
 from motorspace.training.config import RunConfig, TrainingConfig
@@ -87,7 +87,7 @@ def _variants(name: str, budget: Budget, seed: int) -> dict[str, RunConfig]:
     }
 
 
-def measured(run: "Run", num: int) -> Mapping[str, float]:
+def measured(run: "Run", num: int) -> Numbers:
     """Errors on the test blocks beside baselines, probes of the codes, how many transitions."""
     from motorspace.training.sources import logged_data
 

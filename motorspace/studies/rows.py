@@ -13,13 +13,16 @@ from jaxtyping import Int
 from motorspace._errors import UserError
 from motorspace.analysis.measures import Measure, measure
 from motorspace.running.jobs import Value, shown
-from motorspace.running.store import Result
+from motorspace.running.store import Number, Result
 
 LEVEL, NUM_RESAMPLES = 0.95, 9999
 COMPONENTS = ("longitudinal", "lateral", "cos", "sin")
 
 SYMBOLS = {"rotation": "r", "horizon": "T"}
 """What tables call some settings of cells."""
+
+Numbers = Mapping[str, Number]
+"""{key of a measure: value}."""
 
 Settings = Mapping[str, Value | tuple[Value, ...]]
 """Settings of a cell; a tuple stands for any of its values."""
@@ -88,7 +91,7 @@ class Row:
     study: str
     cell: Mapping[str, Value]
     epochs: int
-    runs: Mapping[int, Mapping[str, float]]
+    runs: Mapping[int, Numbers]
     """{seed: {key of a measure: value}}."""
     derived: Mapping[str, Spread] = field(default_factory=dict)
     """Further measures, made of these runs and of other rows."""

@@ -1,16 +1,17 @@
 """Are codes structured like displacements? Both presets in every system, beside baselines."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
 from motorspace.analysis.measures import Measure, define
-from motorspace.running.jobs import Job, cell
+from motorspace.running.jobs import Job, Value, cell
 from motorspace.studies.cells import CONTINUOUS, LATTICES, ROTATIONS, derived, lattice, system
-from motorspace.studies.rows import Row, chosen, with_worst
+from motorspace.studies.rows import Numbers, Row, Settings, chosen, with_worst
 from motorspace.studies.structure_figures import FIGURES
 from motorspace.studies.study import Budget, Line, Study, Table, Target
 from motorspace.studies.tables import columns
+from motorspace.training.data import DerivedKind
 from motorspace.training.presets import PresetName
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 PRESETS: tuple[PresetName, ...] = ("best", "paper")
 FIXED = ("untrained", "raw-motors", "motor-components", "dead-reckoned")
 """Baselines that nothing is trained for."""
-TRAINED = ("supervised", "shuffled")
+TRAINED: tuple[DerivedKind, ...] = ("supervised", "shuffled")
 """Baselines that learn from changed data."""
 BASELINE_ROTATION = 0.8
 """The rotation, in units of pi, for which the baselines are measured: they hardly depend on it."""
@@ -65,7 +66,7 @@ def _of_seed(budget: Budget, seed: int) -> list[Job]:
     ]
     for agent in CONTINUOUS:
         config = system(agent, BASELINE_ROTATION, budget, seed)
-        place = {"agent": agent, "rotation": BASELINE_ROTATION}
+        place: dict[str, Value] = {"agent": agent, "rotation": BASELINE_ROTATION}
         found += [
             Job("structure", cell(place, variant=name), config, name, trains=False)
             for name in FIXED
@@ -77,7 +78,7 @@ def _of_seed(budget: Budget, seed: int) -> list[Job]:
     return found
 
 
-def measured(run: "Run", num: int) -> Mapping[str, float]:
+def measured(run: "Run", num: int) -> Numbers:
     """The structure of codes, as they are and in standard form, and errors of prediction."""
     from motorspace.evaluation.evaluate import evaluate
     from motorspace.evaluation.structure import measures, subject_of
@@ -89,7 +90,7 @@ def measured(run: "Run", num: int) -> Mapping[str, float]:
     return found | dict(evaluate(run, num=num))
 
 
-def measured_at(horizon: int, run: "Run", num: int) -> Mapping[str, float]:
+def measured_at(horizon: int, run: "Run", num: int) -> Numbers:
     """The same at one length, whatever lengths the run has learned from."""
     from dataclasses import replace
 
@@ -99,7 +100,7 @@ def measured_at(horizon: int, run: "Run", num: int) -> Mapping[str, float]:
     return measured(replace(run, config=config), num)
 
 
-def measured_codes(run: "Run", num: int) -> Mapping[str, float]:
+def measured_codes(run: "Run", num: int) -> Numbers:
     """The structure of the codes of a run that has learned to predict something else."""
     from motorspace.evaluation.structure import subject_of
 
@@ -107,7 +108,7 @@ def measured_codes(run: "Run", num: int) -> Mapping[str, float]:
     return structure_or_collapse(subject_of(run), run.config.training.seed)
 
 
-def measured_baseline(name: str, run: "Run", num: int) -> Mapping[str, float]:
+def measured_baseline(name: str, run: "Run", num: int) -> Numbers:
     """The structure of codes that are not learned: one of `FIXED`."""
     from motorspace.evaluation.structure import subject_of
 
@@ -120,21 +121,19 @@ def measured_baseline(name: str, run: "Run", num: int) -> Mapping[str, float]:
 def _baseline(name: str, subject: "Subject") -> "Encode":
     from motorspace.analysis.coordinates import displacement_coordinates
     from motorspace.analysis.projections import pca
-    from motorspace.trajectories.commands import nominal_displacements
+    from motorspace.trajectories.commands import nominal
 
     match name:
         case "raw-motors":
             return lambda motors: motors.reshape(len(motors), -1)
         case "motor-components":
             return lambda motors: pca(motors.reshape(len(motors), -1), 8).coordinates
-    return lambda motors: (
-        displacement_coordinates(nominal_displacements(subject.agent, motors)).points
-    )
+    return lambda motors: displacement_coordinates(nominal(subject.agent, motors)).points
 
 
 def structure_or_collapse(subject: "Subject", seed: int) -> dict[str, float]:
     """The structure of codes; of such as have collapsed only that they have."""
-    from motorspace.analysis.coordinates import CollapsedCodesError
+    from motorspace.analysis.inputs import CollapsedCodesError
     from motorspace.evaluation.structure import structure
 
     try:
@@ -236,7 +235,7 @@ HEADS |= {f"equivalence.full_turns.{n}": f"{n} full turn{'s' * (n != 1)}" for n 
 BOLD = {"best": "**best**"}
 TITLES = {name: name.replace("-", " ") for name in (*FIXED, *LATTICES)}
 
-BEST = {"agent": CONTINUOUS, "variant": "best"}
+BEST: Settings = {"agent": CONTINUOUS, "variant": "best"}
 TARGETS = (
     Target("linear R² of the worst component", "linear_r2.worst", at_least=0.99, cells=BEST),
     Target("equivalence ratio", "equivalence_ratio", at_most=0.01, cells=BEST),
@@ -253,7 +252,7 @@ TARGETS = (
     Target("continuity, k = 20", "continuity.20", at_least=0.98, cells=BEST),
     Target("translation error at T = 24 over T = 6", "length_ratio", at_most=3.0, cells=BEST),
     Target("error over the paper's network's", "structure.to_paper", at_most=1.0, cells=BEST),
-    Target("winding number", "winding_number", at_least=1.0, cells=BEST | {"rotation": CLOSED}),
+    Target("winding number", "winding_number", at_least=1.0, cells={**BEST, "rotation": CLOSED}),
     Target("share of runs whose codes have collapsed", "collapsed", at_most=0.0, cells=BEST),
 )
 

@@ -30,7 +30,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from motorspace._errors import UserError
 from motorspace.running.jobs import Job
-from motorspace.studies.rows import Row, Settings, Spread
+from motorspace.studies.rows import Numbers, Row, Settings, Spread
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 Budget = Literal["quick", "fifth", "half", "paper"]
 BUDGETS: tuple[Budget, ...] = ("quick", "fifth", "half", "paper")
 
-Measuring = Callable[["Run", int], Mapping[str, float]]
+Measuring = Callable[["Run", int], Numbers]
 """From a run, and how many trajectories to test it on, to {key of a measure: value}."""
 
 Line = Mapping[str, Any]

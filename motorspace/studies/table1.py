@@ -64,8 +64,7 @@ def _beside(row: Row, found: Sequence[Row]) -> Row:
     error, mean = row["prediction.error"], row["prediction.mean"].mean
 
     def other(study: str, key: str, **settings: str) -> Spread | None:
-        (beside,) = chosen(found, study, **place, **settings) or (None,)
-        return beside and beside.get(key)
+        return next((row.get(key) for row in chosen(found, study, **place, **settings)), None)
 
     oracle = other("table1", "prediction.error", variant="oracle")
     published = PUBLISHED[str(place["agent"])][ROTATIONS.index(float(place["rotation"]))]

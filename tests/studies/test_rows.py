@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import bootstrap
 
 from motorspace.running.store import Result
-from motorspace.studies.rows import Row, Spread, chosen, rows_of, with_worst
+from motorspace.studies.rows import COMPONENTS, Row, Spread, chosen, rows_of, with_worst
 from motorspace.studies.study import Study, Target
 from motorspace.studies.tables import columns
 from motorspace.studies.targets import Reason, claims, complaints, missed_lines, reached_lines
@@ -47,10 +47,9 @@ def test_the_interval_of_the_mean_is_that_of_scipy():
 
 
 def test_the_worst_component_is_that_of_each_run():
-    runs = {
-        seed: {f"linear_r2.{c}": value for c, value in zip(("longitudinal", "lateral", "cos", "sin"), r2, strict=True)}
-        for seed, r2 in enumerate(((0.9, 0.8, 1.0, 1.0), (0.7, 0.8, 1.0, 1.0)))
-    }  # fmt: skip
+    keys = [f"linear_r2.{component}" for component in COMPONENTS]
+    of_runs = ((0.9, 0.8, 1.0, 1.0), (0.7, 0.8, 1.0, 1.0))
+    runs = {seed: dict(zip(keys, r2, strict=True)) for seed, r2 in enumerate(of_runs)}
     row = Row("mine", {}, 1, runs)
     assert with_worst(row, "linear_r2", "probe_r2")["linear_r2.worst"].values == (0.8, 0.7)
 

@@ -62,7 +62,7 @@ def test_a_study_may_not_take_the_name_of_ours(toy):
 
 
 def test_an_unknown_study_is_named_with_those_there_are():
-    with pytest.raises(UserError, match="no study 'tabel1'.*choose one of ablation, "):
+    with pytest.raises(UserError, match=r"no study 'tabel1'.*choose one of ablation, "):
         study_named("tabel1")
 
 
@@ -84,7 +84,7 @@ def test_every_job_has_a_key_of_its_own_and_a_measure(name):
 
 def test_logs_are_asked_for_where_a_study_needs_them(tmp_path):
     run = partial(reproduce, out=tmp_path, budget="quick", seeds=1, executor=OneProgram())
-    with pytest.raises(UserError, match="logs are no part of motorspace; .*--logs"):
+    with pytest.raises(UserError, match=r"logs are no part of motorspace; .*--logs"):
         run(["robots"])
     with pytest.raises(UserError, match=r"freiburg-079-corrected\.log\.gz"):
         run(["robots"], logs=tmp_path)
