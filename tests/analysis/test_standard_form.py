@@ -1,16 +1,16 @@
-"""Codes that are matrices, with unit, body point and readout left to chance, brought to standard form."""
+"""Codes that are matrices: what chance has set in them, undone by a convention."""
 
 import math
 
 import jax
 import numpy as np
 import pytest
+from motorspace.experiments.organisation import nominal, random_commands
 
 from motorspace import ForwardAgent, HolonomicAgent
 from motorspace.analysis import distances
 from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.analysis.standard_form import standard_form
-from motorspace.experiments.organisation import nominal, random_commands
 
 NUM = 600
 
