@@ -51,11 +51,10 @@ def leave_out(
         new = found & ~left
         left = left | found
         if new.any():
-            reasons.append(f"{new.sum()} {reason} (the first after scan {int(np.argmax(new))})")
+            reasons.append(f"{new.sum()} {reason} (first after scan {int(np.argmax(new))})")
     if reasons:
         notes.append(
-            f"{left.sum()} of {len(left)} intervals between scans are part of no transition: "
-            + ", ".join(reasons)
+            f"left out: {left.sum()} of {len(left)} intervals between scans: " + ", ".join(reasons)
         )
     return replace(recording, usable=~left, notes=tuple(notes))
 
@@ -99,13 +98,13 @@ def _by_clock(
     if corrected.any():
         notes.append(
             f"the clock steps back {corrected.sum()} times by at most half the usual interval "
-            f"({-seconds[corrected].min():.3g} s): kept as corrections of the clock"
+            f"({-seconds[corrected].min():.6g} s): kept as corrections of the clock"
         )
     longest = GAPS * median if max_gap is None else max_gap
     gaps = known & (seconds > longest)
-    gap = f"longer than {longest:.3g} s"
+    gap = f"longer than {longest:.6g} s"
     if gaps.any():
-        gap += f" (up to {seconds[gaps].max():.3g} s)"
+        gap += f", up to {seconds[gaps].max():.6g} s"
     return [
         ("whose time stamps cannot be read", ~known),
         ("where time runs backwards", known & (seconds < 0) & ~corrected),

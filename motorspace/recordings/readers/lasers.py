@@ -171,7 +171,7 @@ class LaserReader(AbstractReader):
             raise UserError(
                 "the log holds no raw odometry: no two ODOM rows in a row between two scans",
                 where=where,
-                remedy=f"{NEEDS}, or let odometry be raw if the scans' poses are not corrected",
+                remedy=f"{NEEDS}, or set odometry to raw if the scans' poses are not corrected",
             )
         notes.append("corrected log; increments are taken between scans, never across one")
         return increments, poses

@@ -92,7 +92,7 @@ def interpret(
         raise UserError(
             f"{wrong.sum()} readings are invalid, the first is {raw[scan, ray]} in scan {scan}",
             where=where,
-            remedy="let invalid be max_range or leave_out",
+            remedy="set invalid to max_range or leave_out",
         )
     notes = []
     if wrong.any():
@@ -104,7 +104,7 @@ def interpret(
     if nothing.any():
         notes.append(
             f"{nothing.sum()} of {raw.size} readings are no return (0, infinite, a code of the "
-            f"laser, or at least {limit:g}): {limit:g}"
+            f"laser, or {limit:g} and more): each counts as {limit:g}"
         )
     if (nothing | wrong).mean() > 0.9:
         notes.append(
