@@ -1,4 +1,4 @@
-"""Which intervals of a log are no transition: what time stamps, motors and poses give away."""
+"""Rules that leave intervals of a log out of all transitions: by motors, time stamps and poses."""
 
 from dataclasses import replace
 from typing import Literal
@@ -79,7 +79,7 @@ def _without_command(recording: Recording) -> Bool[np.ndarray, " I"]:
 def _by_clock(
     recording: Recording, max_gap: float | None, notes: list[str]
 ) -> list[tuple[str, Bool[np.ndarray, " I"]]]:
-    """What the time stamps give away; notes say what they cannot tell."""
+    """What is left out because of its time stamps; notes on what is not."""
     seconds = np.diff(recording.time)
     known = np.isfinite(seconds)
     moving = np.abs(seconds[known & (seconds != 0)])
@@ -91,7 +91,7 @@ def _by_clock(
     if still.sum() > len(seconds) / 2:
         notes.append(
             f"{still.sum()} of {len(seconds)} intervals begin and end at one time stamp: the clock "
-            "is too coarse to tell repeated scans"
+            "is too coarse to find repeated scans"
         )
         still = np.zeros_like(still)
     corrected = known & (seconds < 0) & (seconds >= -CORRECTION * median)

@@ -11,7 +11,7 @@ from motorspace._errors import UserError
 Invalid = Literal["max_range", "leave_out", "refuse"]
 
 CODES = (81.83, 81.87, 81.89, 81.90, 81.91)
-"""What a SICK LMS reports, in units of 100 of its own, when it measures nothing."""
+"""What a SICK LMS reports when it measures nothing: 8183 to 8191 centimetres, here in metres."""
 
 
 class Beams(NamedTuple):
@@ -25,7 +25,7 @@ class Beams(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """What N scans say along the rays that are kept."""
+    """The readings of N scans along the kept rays."""
 
     sensors: Float[np.ndarray, "N K"]
     """World units, from 0 to the maximum range."""
@@ -108,6 +108,7 @@ def interpret(
         )
     if (nothing | wrong).mean() > 0.9:
         notes.append(
-            "more than nine readings in ten say nothing: check the unit of the ranges and max_range"
+            "more than nine readings in ten are no return or invalid: check max_range and the unit "
+            "of the ranges"
         )
     return Reading(np.where(nothing | wrong, limit, raw), limit, wrong.any(axis=1), tuple(notes))
