@@ -9,9 +9,6 @@ from jaxtyping import Bool, Float, Int
 from motorspace import se2
 from motorspace._errors import UserError
 
-CLEAR = 0.9
-"""Share of the sensors at their limit above which a person should look at the unit."""
-
 
 @dataclass(frozen=True)
 class Recording:
