@@ -37,6 +37,10 @@ def leave_out(
         max_gap: Seconds; None stands for 10 times the median time between scans.
         max_jump: World units; None stands for 10 times the upper quartile of all steps.
         clock: "ignore" leaves nothing out because of its time stamps.
+
+    Returns:
+        The same recording but for `usable`, unreadable time stamps (NaN), and a note that counts
+        every reason.
     """
     readable = np.abs(recording.time) < LATEST
     recording = replace(recording, time=np.where(readable, recording.time, np.nan))
