@@ -3,12 +3,13 @@
 from pathlib import Path
 from typing import Any
 
-from docs.tables import ROOT, RUNS
-from motorspace._files import write_atomically
-from motorspace.analysis.measures import Measure, define
 from motorspace.experiments import topology_summary
 from motorspace.experiments.paper import finished
 from motorspace.experiments.topology import REFERENCE_ROTATION
+
+from docs.tables import ROOT, RUNS
+from motorspace._files import write_atomically
+from motorspace.analysis.measures import Measure, define
 from motorspace.reports.figures.measures import (
     Axis,
     along,

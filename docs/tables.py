@@ -10,11 +10,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import benchmarks.claims
-from motorspace._files import write_atomically
 from motorspace.experiments import topology_summary
 from motorspace.experiments.paper import finished
 from motorspace.experiments.summary import claims, gathered, judged
+
+import benchmarks.claims
+from motorspace._files import write_atomically
 from motorspace.reports.tables import markdown_table
 
 ROOT = Path(__file__).parent.parent
