@@ -2,7 +2,7 @@
 # # Your own layout and sensor
 #
 # A world is a text file, and a sensor is a class of some twenty lines. This tutorial draws a flat,
-# gives the agent three sonars in place of nine thin rays, and asks what that costs.
+# gives the agent five sonars in place of nine thin rays, and asks what that costs.
 
 # %%
 import dataclasses
@@ -50,7 +50,7 @@ solid   3 10  6 10  6 12  3 12
 class Sonars(ms.AbstractSensor):
     """The nearest distance in each of `num` cones that together cover half a circle."""
 
-    num: int = eqx.field(static=True, default=3)
+    num: int = eqx.field(static=True, default=5)
     """How many cones."""
 
     def space(self, world):
@@ -96,14 +96,14 @@ axes.set(aspect="equal", xticks=[], yticks=[])
 print("sonars:", np.round(np.asarray(scenario.sense(pose)), 2))
 
 # %% [markdown]
-# ## What do three sonars cost?
+# ## What do five sonars cost?
 #
-# The same agent in the same flat, once with the paper's nine rays and once with three sonars. Only
+# The same agent in the same flat, once with the paper's nine rays and once with five sonars. Only
 # the sensor differs.
 
 # %%
 reports = {}
-for name, sensor in {"nine rays": ms.RangeFan(), "three sonars": Sonars()}.items():
+for name, sensor in {"nine rays": ms.RangeFan(), "five sonars": Sonars()}.items():
     data = ms.Simulated(scenario.agent, sensor, layout=Path("flat.layout"))
     config = ms.RunConfig(data, preset="best")
     short = dataclasses.replace(config.training, epochs=EPOCHS)
@@ -116,7 +116,8 @@ for name, report in reports.items():
 
 # %% [markdown]
 # The sensors say less, and the displacement is found all the same: the code is not made of what
-# is sensed, but of what changes it.
+# is sensed, but of what changes it. Fewer sonars take longer: with three, 200 epochs found nothing
+# and 500 did (R² 0.999, one run each).
 #
 # From the command line the same sensor is `--import my_sensor --sensor sonars`
 # ([how to add a sensor](../how-to/sensor.md)).
