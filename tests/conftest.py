@@ -21,6 +21,10 @@ CACHE = str(Path(__file__).parents[1] / ".pytest_cache" / "jax")
 os.environ["JAX_COMPILATION_CACHE_DIR"] = CACHE
 jax.config.update("jax_compilation_cache_dir", CACHE)
 
+# Types and shapes meet only as they are written: nothing is widened in silence.
+jax.config.update("jax_numpy_dtype_promotion", "strict")
+jax.config.update("jax_numpy_rank_promotion", "raise")
+
 
 @pytest.fixture
 def getkey() -> Callable[[], jax.Array]:

@@ -1,12 +1,11 @@
 """How an encoder structures motor sequences: what every row of the structure table measures."""
 
-from collections.abc import Callable
+from contextlib import suppress
 from typing import NamedTuple
 
 import jax
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Float, Int
 
 from motorspace._errors import UserError
 from motorspace._types import Key
@@ -16,46 +15,25 @@ from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.analysis.equivalence import equal_rows, equivalence_auc, equivalence_ratio
 from motorspace.analysis.inputs import CollapsedCodesError
 from motorspace.analysis.probes import linear_decoder
-from motorspace.analysis.standard_form import standard_form
 from motorspace.analysis.topology import Topology, topology
 from motorspace.evaluation.evaluate import evaluate
 from motorspace.evaluation.prediction import Metrics
-from motorspace.training.data import Data, Given, Logged, base_of, simulated
+from motorspace.evaluation.sampling import present_data
+from motorspace.evaluation.subject import (
+    LENGTHS,
+    Codes,
+    Subject,
+    commands,
+    standard_form_of,
+    subject_of,
+)
+from motorspace.training.data import Data, Given, Logged, base_of
 from motorspace.training.run import Run
 from motorspace.training.sources import logged_data
-from motorspace.trajectories.commands import nominal, random_commands
+from motorspace.trajectories.commands import nominal
 from motorspace.trajectories.equivalent import EquivalentSequences, equivalent_sequences
-from motorspace.worlds.agents import AbstractAgent
-
-Motors = Float[np.ndarray, "N _ M"]
-Codes = Float[np.ndarray, "N _"]
-Encode = Callable[[Motors], Codes]
-"""From N motor sequences of any one length to their codes."""
 
 MEASURE_SEED = 3_000_017
-LENGTHS = (1, 2, 3, 6, 12, 24)
-
-
-class Sizes(NamedTuple):
-    """How many sequences are measured."""
-
-    sequences: int = 10_000
-    groups: int = 100
-    """Groups of equivalent sequences of each kind."""
-    members: int = 8
-    composed: int = 4_000
-
-
-class Subject(NamedTuple):
-    """An encoder to be measured, and what is known of its commands."""
-
-    encode: Encode
-    agent: AbstractAgent
-    horizon: int
-    """Commands of the sequences that it was trained on."""
-    longest: int = LENGTHS[-1]
-    """Commands of the longest sequences that it encodes."""
-    sizes: Sizes = Sizes()
 
 
 class Sampled(NamedTuple):
@@ -66,58 +44,44 @@ class Sampled(NamedTuple):
     topology: Topology
 
 
-def subject_of(run: Run, *, standard: bool = False) -> Subject:
-    """A simulated run's encoder; with `standard` its codes in standard form.
-
-    Raises `UserError` for a run that did not learn in simulation, and if its codes have no
-    standard form.
-    """
-    data, encoder = simulated(run.config.data), run.model.encoder
-    longest = max(LENGTHS[-1], data.horizon) if encoder.any_length else data.horizon
-    encode = encoder_of(run.encode, longest=longest)
-    agent = data.scenario().agent
-    if standard:
-        encode = _in_standard_form(run, encode, agent)
-    return Subject(encode, agent, data.horizon, longest)
-
-
-def encoder_of(encode: Callable[[Array, Array], Array], *, longest: int = LENGTHS[-1]) -> Encode:
-    """A network's `encode(motors, num_steps)` for sequences of any length up to the longest."""
-
-    def any_length(motors: Motors) -> Codes:
-        num, length, size = motors.shape
-        # Rows up to the longest length, so that every length shares one compiled program.
-        filled = np.zeros((num, max(length, longest), size), np.float32)
-        filled[:, :length] = motors
-        return np.asarray(encode(jnp.asarray(filled), jnp.full(num, length)), np.float64)
-
-    return any_length
-
-
-def run_topology(run: Run, *, seed: int = 0, standard: bool = False) -> Sampled:
+def run_topology(
+    run: Run, *, data: Data | None = None, seed: int = 0, standard: bool = False
+) -> Sampled:
     """The report on a run's codes, equivalent sequences included.
 
     Of a run in simulation, on fresh random sequences and their nominal displacements; of one on
-    a log, on the test blocks and the displacements that really happened. With `standard`, on
-    codes in standard form. Raises `UserError` for a run on data of one's own.
+    a log, on the test blocks and the displacements that really happened.
+
+    Args:
+        run: The run.
+        data: Where the data are now, if not where the configuration says (see `evaluate`).
+        seed: Seed of what is drawn.
+        standard: Whether codes are put into standard form.
+
+    Raises:
+        UserError: For a run on data of one's own, a log without poses, and codes that have no
+            standard form.
     """
-    data = run.config.data
+    data = present_data(run, data)
     if isinstance(base_of(data), Logged):
-        return _on_test_blocks(run, data, seed=seed)
+        return _on_test_blocks(run, data, seed=seed, standard=standard)
     subject = subject_of(run, standard=standard)
     found = sampled(subject, seed=seed)
     if "equivalence_ratio" in found.topology:
         return found
     measured = equivalence(subject, key=jax.random.key(seed))
-    whole = {name: measured[name] for name in ("equivalence_ratio", "equivalence_auc")}
+    names = ("equivalence_ratio", "equivalence_auc")
+    whole = {name: measured[name] for name in names if np.isfinite(measured[name])}
     return found._replace(topology=found.topology.updated(whole))
 
 
-def _on_test_blocks(run: Run, data: Data, *, seed: int) -> Sampled:
+def _on_test_blocks(run: Run, data: Data, *, seed: int, standard: bool) -> Sampled:
     test, log = logged_data(data).test, base_of(data)
     assert isinstance(log, Logged), "the caller has made sure"
     motors, num_steps = test.experience.motors, test.experience.num_steps
     codes = np.asarray(run.encode(motors, num_steps), np.float64)
+    if standard:
+        codes = standard_form_of(run, np.asarray(motors[:, 0]))(codes)
     displacements = np.asarray(test.displacements.achieved, np.float64)
     if not np.isfinite(displacements).all():
         raise UserError(
@@ -191,9 +155,9 @@ def equivalence(subject: Subject, *, key: Key) -> Metrics:
 
 
 def _equivalent(subject: Subject, *, key: Key) -> EquivalentSequences:
-    """Sequences built to be equivalent; of a body of which none can be, those that happen to be."""
+    """Sequences built to be equivalent; where none can be built, those that happen to be."""
     agent, horizon = subject.agent, subject.horizon
-    if agent.commands.turning:
+    with suppress(UserError):
         return equivalent_sequences(
             agent,
             num_groups=subject.sizes.groups,
@@ -271,28 +235,6 @@ def length_errors(subject: Subject, *, key: Key) -> Metrics:
     longest, base = (f"length_error.translation.{n}" for n in (LENGTHS[-1], 6))
     ratio = {"length_ratio": metrics[longest] / metrics[base]} if longest in metrics else {}
     return metrics | ratio
-
-
-def commands(subject: Subject, shape: tuple[int, int], *, key: Key) -> Motors:
-    """Random commands of the agent, [*shape, M]; at most `sizes.sequences` sequences."""
-    num, length = shape
-    keys = jax.random.split(key, (subject.sizes.sequences, max(length, LENGTHS[-1])))
-    return np.asarray(random_commands(subject.agent, keys))[:num, :length]
-
-
-def _in_standard_form(run: Run, encode: Encode, agent: AbstractAgent) -> Encode:
-    key = jax.random.key(run.config.training.seed)
-    single = Subject(encode, agent, horizon=1)
-    drawn = commands(single, (single.sizes.sequences, 1), key=key)[:, 0]
-    scaled = jnp.asarray(drawn) / jnp.array(run.model.scaling.motors)[None]
-    matrices = jax.vmap(run.model.encoder.matrices)(scaled)
-    if matrices is None:
-        raise UserError(
-            f"codes of the encoder {run.config.model.encoder!r} have no standard form",
-            remedy="leave it out, or train a run with the encoder 'matrix_product'",
-        )
-    transitions, readouts = (np.asarray(m, np.float64) for m in matrices)
-    return lambda motors: standard_form(encode(motors), transitions, readouts)
 
 
 def evaluate_with_structure(run: Run, *, num: int = 100_000, seed: int = 0) -> Metrics:

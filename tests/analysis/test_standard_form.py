@@ -10,7 +10,7 @@ from motorspace import ForwardAgent, HolonomicAgent
 from motorspace.analysis import distances
 from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.analysis.standard_form import standard_form
-from motorspace.evaluation.structure import Subject, commands
+from motorspace.evaluation.subject import Subject, commands
 from motorspace.trajectories.commands import nominal
 
 NUM = 600

@@ -11,16 +11,8 @@ import motorspace as ms
 from motorspace import ForwardAgent, LatticeAgent, UserError
 from motorspace._files import json_text
 from motorspace.analysis.coordinates import displacement_coordinates
-from motorspace.evaluation.structure import (
-    Sizes,
-    Subject,
-    commands,
-    equivalence,
-    length_errors,
-    measures,
-    structure,
-    subject_of,
-)
+from motorspace.evaluation.structure import equivalence, length_errors, measures, structure
+from motorspace.evaluation.subject import Sizes, Subject, commands, subject_of
 from motorspace.models.encoders.baselines import ConstantEncoder
 from motorspace.training.run import initial_run
 from motorspace.trajectories.commands import nominal
