@@ -10,11 +10,11 @@ from pathlib import Path
 import jax
 import numpy as np
 import pytest
+from motorspace.analysis.errors import CHUNK_SIZE
+from motorspace.experiments import reproduction
 
 from motorspace import load_run
-from motorspace.analysis.errors import CHUNK_SIZE
 from motorspace.cli import MOST_CACHED, main
-from motorspace.experiments import reproduction
 from tests.tiny import flags
 
 ROOT = Path(__file__).parents[1]
@@ -44,7 +44,7 @@ def test_the_topology_of_a_run_and_of_anybodys_codes(tmp_path, capsys):
     told = capsys.readouterr().out
     assert "normalised D_topo" in told and f"open {page}" in told
     assert page.read_text().startswith("<!doctype html>")
-    assert "How codes in standard form are organised" in page.read_text()
+    assert "How the structure of codes in standard form follows" in page.read_text()
     random = np.random.default_rng(0)
     displacements = random.normal(size=(300, 3))
     np.save(tmp_path / "codes.npy", displacements @ random.normal(size=(3, 5)))

@@ -84,7 +84,7 @@ check_sensor(Sonars())
 
 # %%
 scenario = ms.Scenario(Path("flat.layout"), ms.ForwardAgent(max_rotation=0.8 * math.pi), Sonars())
-pose = scenario.start(key=jax.random.key(7))
+pose = scenario.start(key=jax.random.key(1))
 
 figure, axes = plt.subplots(figsize=(6, 4.2), layout="constrained")
 for wall in np.asarray(scenario.world.walls):

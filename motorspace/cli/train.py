@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from motorspace._errors import UserError
+from motorspace.cli.executors import add_executor_flags, executor_of
 from motorspace.cli.parsing import CommandParser, Usage, existing, note
 from motorspace.training import folder as run_folder
 from motorspace.training.config import RunConfig
@@ -31,6 +32,8 @@ OWN = (
     "resume",
     "seeds",
     "jobs",
+    "address",
+    "gpus",
     "tensorboard",
     "imports",
 )
@@ -119,13 +122,13 @@ def _own_flags(parser: CommandParser) -> None:
         metavar="N",
         help="Networks to train, one per seed, in folders seedN (default: 1).",
     )
-    add("--jobs", type=int, default=2, metavar="N", help="Networks trained at once (default: 2).")
     add(
         "--tensorboard",
         action="store_true",
         default=False,
         help="Also write scalars for TensorBoard.",
     )
+    add_executor_flags(parser)
 
 
 def _first_look(words: Sequence[str]) -> argparse.Namespace:
@@ -209,8 +212,7 @@ def _train_seeds(config: RunConfig, folder: Path, options: argparse.Namespace) -
         config,
         folder,
         seeds=options.seeds,
-        processes=options.jobs,
+        executor=executor_of(options),
         resume=options.resume,
-        imports=options.imports,
         report=lambda line: print(line, flush=True),
     )

@@ -129,7 +129,7 @@ def _measured_on(run: Run, fitted: Trajectories, tested: Trajectories) -> Metric
             "prediction.error": mean_squared_error(run.predict(test), test.later_sensors),
             "prediction.persistence": persistence_error(test),
             "prediction.mean": mean_error(test, fitted.experience.later_sensors.mean(axis=0)),
-            "prediction.num": len(test),
+            "prediction.num": float(len(test)),
         }
     )
     metrics["code_variance"] = float(jnp.mean(jnp.var(codes[1], axis=0)))

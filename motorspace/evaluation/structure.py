@@ -33,11 +33,17 @@ Encode = Callable[[Motors], Codes]
 """From N motor sequences of any one length to their codes."""
 
 MEASURE_SEED = 3_000_017
-NUM_SEQUENCES = 10_000
-NUM_GROUPS = 100
-NUM_MEMBERS = 8
 LENGTHS = (1, 2, 3, 6, 12, 24)
-NUM_COMPOSED = 4_000
+
+
+class Sizes(NamedTuple):
+    """How many sequences are measured."""
+
+    sequences: int = 10_000
+    groups: int = 100
+    """Groups of equivalent sequences of each kind."""
+    members: int = 8
+    composed: int = 4_000
 
 
 class Subject(NamedTuple):
@@ -49,6 +55,7 @@ class Subject(NamedTuple):
     """Commands of the sequences that it was trained on."""
     longest: int = LENGTHS[-1]
     """Commands of the longest sequences that it encodes."""
+    sizes: Sizes = Sizes()
 
 
 class Sampled(NamedTuple):
@@ -150,7 +157,7 @@ def values(report: Topology) -> Metrics:
 def sampled(subject: Subject, *, seed: int, subsets: int = 5) -> Sampled:
     """The report on the codes of fresh random sequences."""
     key = jax.random.key(MEASURE_SEED - 1 - seed)
-    motors = commands(subject, (NUM_SEQUENCES, subject.horizon), key=key)
+    motors = commands(subject, (subject.sizes.sequences, subject.horizon), key=key)
     codes, displacements = subject.encode(motors), nominal(subject.agent, motors)
     found = topology(codes, displacements, motors, subsets=subsets, seed=seed)
     return Sampled(codes, displacements, found)
@@ -177,7 +184,9 @@ def equivalence(subject: Subject, *, key: Key) -> Metrics:
     if "full_turns" in names:
         chosen = kinds == names.index("full_turns")
         total = 2 * float(codes.var(axis=0).sum())
-        metrics |= _by_turns(codes[chosen], turns[chosen], members=NUM_MEMBERS, total=total)
+        metrics |= _by_turns(
+            codes[chosen], turns[chosen], members=subject.sizes.members, total=total
+        )
     return metrics
 
 
@@ -186,9 +195,13 @@ def _equivalent(subject: Subject, *, key: Key) -> EquivalentSequences:
     agent, horizon = subject.agent, subject.horizon
     if agent.commands.turning:
         return equivalent_sequences(
-            agent, num_groups=NUM_GROUPS, members=NUM_MEMBERS, horizon=horizon, key=key
+            agent,
+            num_groups=subject.sizes.groups,
+            members=subject.sizes.members,
+            horizon=horizon,
+            key=key,
         )
-    motors = commands(subject, (NUM_SEQUENCES, horizon), key=key)
+    motors = commands(subject, (subject.sizes.sequences, horizon), key=key)
     none = np.zeros(len(motors), int)
     groups = equal_rows(nominal(agent, motors))
     return EquivalentSequences(motors, groups, none, none, ())
@@ -212,7 +225,7 @@ def compositions(subject: Subject, *, key: Key) -> Metrics:
     if length == 0:
         return {}
     first, second = (
-        commands(subject, (NUM_COMPOSED, length), key=k) for k in jax.random.split(key)
+        commands(subject, (subject.sizes.composed, length), key=k) for k in jax.random.split(key)
     )
     both = encode(np.concatenate([first, second], axis=1))
     codes = encode(first)
@@ -237,13 +250,13 @@ def length_errors(subject: Subject, *, key: Key) -> Metrics:
     """
     encode, agent = subject.encode, subject.agent
     fit_key, test_key = jax.random.split(key)
-    motors = commands(subject, (NUM_SEQUENCES, subject.horizon), key=fit_key)
+    motors = commands(subject, (subject.sizes.sequences, subject.horizon), key=fit_key)
     points = displacement_coordinates(nominal(agent, motors), weight=1.0).points
     fitted = encode(motors)
     decode = linear_decoder(fitted, points)
     metrics: Metrics = {}
     for length in (n for n in LENGTHS if n <= subject.longest):
-        tested = commands(subject, (NUM_SEQUENCES // 2, length), key=test_key)
+        tested = commands(subject, (subject.sizes.sequences // 2, length), key=test_key)
         codes = encode(tested)
         if codes.shape[1] != fitted.shape[1]:
             return {}
@@ -261,16 +274,17 @@ def length_errors(subject: Subject, *, key: Key) -> Metrics:
 
 
 def commands(subject: Subject, shape: tuple[int, int], *, key: Key) -> Motors:
-    """Commands as the agent explores with, walls aside: [*shape, M], at most `NUM_SEQUENCES`."""
+    """Random commands of the agent, [*shape, M]; at most `sizes.sequences` sequences."""
     num, length = shape
-    keys = jax.random.split(key, (NUM_SEQUENCES, max(length, LENGTHS[-1])))
+    keys = jax.random.split(key, (subject.sizes.sequences, max(length, LENGTHS[-1])))
     return np.asarray(random_commands(subject.agent, keys))[:num, :length]
 
 
 def _in_standard_form(run: Run, encode: Encode, agent: AbstractAgent) -> Encode:
     key = jax.random.key(run.config.training.seed)
-    drawn = commands(Subject(encode, agent, 1), (NUM_SEQUENCES, 1), key=key)[:, 0]
-    scaled = jnp.asarray(drawn) / jnp.array(run.model.scaling.motors)
+    single = Subject(encode, agent, horizon=1)
+    drawn = commands(single, (single.sizes.sequences, 1), key=key)[:, 0]
+    scaled = jnp.asarray(drawn) / jnp.array(run.model.scaling.motors)[None]
     matrices = jax.vmap(run.model.encoder.matrices)(scaled)
     if matrices is None:
         raise UserError(
