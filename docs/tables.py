@@ -7,22 +7,12 @@ import json
 import sys
 from pathlib import Path
 
-<<<<<<< HEAD
 import benchmarks.claims
 from motorspace._files import write_atomically
 from motorspace.analysis.measures import Measure, measures
 from motorspace.reports.tables import filled, markdown_table, places
 from motorspace.studies.tables import Results
 from motorspace.studies.targets import complaints
-=======
-from motorspace.experiments import topology_summary
-from motorspace.experiments.paper import finished
-from motorspace.experiments.summary import claims, gathered, judged
-
-import benchmarks.claims
-from motorspace._files import write_atomically
-from motorspace.reports.tables import markdown_table
->>>>>>> docs
 
 ROOT = Path(__file__).parent.parent
 RESULTS = Results(ROOT / "results")
