@@ -245,7 +245,7 @@ def length_errors(subject: Subject, *, key: Key) -> Metrics:
 
     Returns:
         `length_error.translation.T` (root mean square, world units), `.orientation.T` (mean
-        absolute, degrees) and `.size.T`, the translation's own root mean square; `length_ratio`,
+        absolute, degrees) and `translation_size.T`, the translation's own root mean square; `length_ratio`,
         the translation's error at the longest length over that at six commands.
     """
     encode, agent = subject.encode, subject.agent
@@ -266,7 +266,7 @@ def length_errors(subject: Subject, *, key: Key) -> Metrics:
         metrics |= {
             f"length_error.translation.{length}": float(off),
             f"length_error.orientation.{length}": circular_error(angles, true[:, 2]),
-            f"length_error.size.{length}": float((true[:, :2] ** 2).sum(axis=1).mean() ** 0.5),
+            f"translation_size.{length}": float((true[:, :2] ** 2).sum(axis=1).mean() ** 0.5),
         }
     longest, base = (f"length_error.translation.{n}" for n in (LENGTHS[-1], 6))
     ratio = {"length_ratio": metrics[longest] / metrics[base]} if longest in metrics else {}
