@@ -245,8 +245,8 @@ def length_errors(subject: Subject, *, key: Key) -> Metrics:
 
     Returns:
         `length_error.translation.T` (root mean square, world units), `.orientation.T` (mean
-        absolute, degrees) and `translation_size.T`, the translation's own root mean square; `length_ratio`,
-        the translation's error at the longest length over that at six commands.
+        absolute, degrees) and `translation_size.T`, the translation's own root mean square;
+        `length_ratio`, the translation's error at the longest length over that at six commands.
     """
     encode, agent = subject.encode, subject.agent
     fit_key, test_key = jax.random.split(key)
