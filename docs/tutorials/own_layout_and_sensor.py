@@ -5,13 +5,11 @@
 # gives the agent five sonars in place of nine thin rays, and asks what that costs.
 
 # %%
-import dataclasses
 import math
 from pathlib import Path
 
 import equinox as eqx
 import jax
-import matplotlib.pyplot as plt
 import numpy as np
 
 import motorspace as ms
@@ -84,16 +82,10 @@ check_sensor(Sonars())
 
 # %%
 scenario = ms.Scenario(Path("flat.layout"), ms.ForwardAgent(max_rotation=0.8 * math.pi), Sonars())
-pose = scenario.start(key=jax.random.key(7))
+pose = scenario.start(key=jax.random.key(1))
 
-figure, axes = plt.subplots(figsize=(6, 4.2), layout="constrained")
-for wall in np.asarray(scenario.world.walls):
-    axes.plot(*wall.T, color="#1f2633", lw=2)
-for ray in scenario.sensor.rays(scenario.world, pose):
-    axes.plot(*ray.T, color="#d07c1f", lw=1)
-axes.scatter(pose.x, pose.y, s=70, color="#3867b0", zorder=3)
-axes.set(aspect="equal", xticks=[], yticks=[])
 print("sonars:", np.round(np.asarray(scenario.sense(pose)), 2))
+ms.world_figure(scenario.world, [pose], scenario.sensor)
 
 # %% [markdown]
 # ## What do five sonars cost?
@@ -106,8 +98,7 @@ reports = {}
 for name, sensor in {"nine rays": ms.RangeFan(), "five sonars": Sonars()}.items():
     data = ms.Simulated(scenario.agent, sensor, layout=Path("flat.layout"))
     config = ms.RunConfig(data, preset="best")
-    short = dataclasses.replace(config.training, epochs=EPOCHS)
-    run = ms.train(dataclasses.replace(config, training=short))
+    run = ms.train(ms.changed(config, {"epochs": EPOCHS}))
     walk = ms.sample(data.scenario(), num=NUM, horizon=6, key=jax.random.key(1))
     reports[name] = ms.topology(run.encode(walk.experience.motors), walk.displacements.nominal)
 
