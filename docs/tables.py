@@ -15,7 +15,7 @@ from motorspace._files import write_atomically
 from motorspace.experiments import topology_summary
 from motorspace.experiments.paper import finished
 from motorspace.experiments.summary import claims, gathered, judged
-from motorspace.reports.page import markdown_table
+from motorspace.reports.tables import markdown_table
 
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "results" / "paper"

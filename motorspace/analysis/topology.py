@@ -150,11 +150,15 @@ def pairs(sample: Sample) -> Estimates:
         ranks = distances.rank_correlations(*map(between, kinds))
         partial = PARTIAL.items() if m is not None else ()
         return {
+            "rank_correlation": float(ranks[0, 1]),
+            **{
+                key: correlation(ranks[np.ix_(order, order)])
+                for key, (correlation, order) in partial
+            },
             "topology_error": distances.topology_error(dh, dp),
             "normalised_topology_error": distances.normalised_topology_error(dh, dp),
             "metric_error": distances.metric_error(dq, dp),
-            "rank_correlation": float(ranks[0, 1]),
-        } | {key: correlation(ranks[np.ix_(order, order)]) for key, (correlation, order) in partial}
+        }
 
     return over_subsets(take, sample.subsets)
 
@@ -221,9 +225,9 @@ def dimensions(sample: Sample) -> Estimates:
 
 FAMILIES: tuple[Callable[[Sample], Estimates], ...] = (
     shared_codes,
+    probes,
     pairs,
     near_points,
-    probes,
     closing,
     dimensions,
     variance,

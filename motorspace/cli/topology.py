@@ -60,10 +60,13 @@ def run(options: argparse.Namespace) -> None:
     with warnings.catch_warnings():
         warnings.showwarning = lambda message, *_, **__: note(str(message))
         found = _of_files(options) if options.displacements else _of_run(options)
-    from motorspace.evaluation.page import topology_page
+    from motorspace.analysis.projections import pca
+    from motorspace.reports.topology_page import topology_page
 
     what = "codes in standard form" if options.standard_form else "codes"
-    write_atomically(options.out, topology_page(found, what=what).encode())
+    coordinates = pca(found.codes).coordinates
+    page = topology_page(found.topology, coordinates, found.displacements, what=what)
+    write_atomically(options.out, page.encode())
     if options.json:
         print(json_text({key: float(value) for key, value in found.topology.items()}))
     else:
@@ -97,8 +100,9 @@ def _of_files(options: argparse.Namespace):  # type: ignore[no-untyped-def]
         )
     from motorspace._arrays import read_array
 
-    codes, displacements = read_array(options.codes), read_array(options.displacements)
-    motors = None if options.motors is None else read_array(options.motors)
+    codes = read_array(options.codes, name="codes")
+    displacements = read_array(options.displacements, name="displacements")
+    motors = None if options.motors is None else read_array(options.motors, name="motors")
     from motorspace.analysis.topology import topology
     from motorspace.evaluation.structure import Sampled
 

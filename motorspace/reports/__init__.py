@@ -1,1 +1,1 @@
-"""Show: figures, tables and pages. Numbers come in; nothing is computed here."""
+"""Show: figures, tables and pages of anybody's arrays. Nothing is computed here."""

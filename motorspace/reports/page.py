@@ -1,91 +1,154 @@
-"""One self-contained HTML page: text, tables and pictures in one file."""
+"""One self-contained HTML page: text, numbers, tables, pictures and views in one file.
+
+It loads nothing from anywhere, and forbids the browser to.
+"""
 
 import base64
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from html import escape
+from importlib.resources import files
 from typing import Any
 
-import numpy as np
+from matplotlib.figure import Figure
 
-STYLE = """
-:root { color-scheme: light dark; }
-body { font: 16px/1.5 system-ui, sans-serif; max-width: 60rem;
-       margin: 2rem auto; padding: 0 1rem; }
-img { max-width: 100%; height: auto; background: white; }
-table { border-collapse: collapse; margin: 1rem 0; }
-th, td { padding: .3rem .8rem; border-bottom: 1px solid #8888; text-align: left; }
-td.number { text-align: right; font-variant-numeric: tabular-nums; }
-"""
+from motorspace.reports.codes_view import View, view_scripts
+from motorspace.reports.figures.style import png, theme
+from motorspace.reports.tables import shown
+
+POLICY = (
+    "default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; "
+    "script-src 'unsafe-inline'; font-src data:"
+)
+"""What the browser may load: nothing that is not in the page."""
+DOTS_PER_INCH = 150
+NUMERIC = re.compile(r"(yes|no|nan)?[-+\d.,e ±–%]*")
+"""Cells that stand to the right."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A PNG file for light pages, and where there is one another for dark pages."""
+
+    caption: str
+    light: bytes
+    dark: bytes = b""
+
+
+def picture(caption: str, draw: Callable[[], Figure]) -> Picture:
+    """Returns a picture in both themes.
+
+    Args:
+        caption: What it shows; stands below it.
+        draw: Makes the figure; called once for each theme.
+    """
+    drawn = []
+    for name in ("light", "dark"):
+        with theme(name):
+            drawn.append(png(draw(), dots_per_inch=DOTS_PER_INCH))
+    return Picture(caption, *drawn)
 
 
 @dataclass(frozen=True)
 class Section:
-    """A heading with a paragraph, a table (rows of equal keys) and PNG pictures."""
+    """A card of the page, with all it holds in this order."""
 
     heading: str
     text: str = ""
+    """Paragraphs, separated by empty lines; `code` stands between backticks."""
+    facts: Sequence[tuple[str, Any]] = ()
+    """The few numbers that matter, large: (what it is, value)."""
     rows: Sequence[Mapping[str, Any]] = ()
-    pictures: Sequence[tuple[str, bytes]] = field(default=())
-    """(What the picture shows, PNG file)."""
+    """A table; the first row's keys are the columns."""
+    views: Sequence[View] = ()
+    pictures: Sequence[Picture] = ()
 
 
-def report_page(title: str, sections: Sequence[Section]) -> str:
-    """The page as HTML; it loads nothing from anywhere."""
-    body = "\n".join(_section(section) for section in sections)
+def report_page(title: str, sections: Sequence[Section], *, lead: str = "") -> str:
+    """Returns the page as HTML.
+
+    Args:
+        title: Its title.
+        sections: Its cards, from top to bottom; the table of contents names them.
+        lead: A sentence or two below the title.
+    """
+    names = [f"{i}-{_slug(section.heading)}" for i, section in enumerate(sections, 1)]
+    links = "".join(
+        f'<a href="#{name}">{escape(section.heading)}</a>'
+        for name, section in zip(names, sections, strict=True)
+    )
+    cards = "\n".join(map(_section, sections, names))
+    scripts = f"<script>{_resource('page.js')}</script>"
+    if any(section.views for section in sections):
+        scripts = f"{view_scripts()}\n{scripts}"
     return (
-        f'<!doctype html>\n<html lang="en">\n<head><meta charset="utf-8"><title>{escape(title)}'
-        f"</title><style>{STYLE}</style></head>\n<body>\n<h1>{escape(title)}</h1>\n{body}\n"
+        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n'
+        f"<title>{escape(title)}</title>\n<style>{_resource('page.css')}</style>\n</head>\n<body>\n"
+        f"<header><h1>{escape(title)}</h1>{_text(lead)}</header>\n"
+        f'<nav aria-label="Contents">{links}</nav>\n<main>\n{cards}\n</main>\n{scripts}\n'
         "</body>\n</html>\n"
     )
 
 
-def markdown_table(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Rows as a Markdown table; the first row's keys are the columns. No rows, no table."""
-    if not rows:
-        return ""
-    columns = list(rows[0])
-    lines = ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
-    lines += [
-        "| " + " | ".join(shown(row.get(c)).replace("|", "\\|") for c in columns) + " |"
-        for row in rows
-    ]
-    return "\n".join(lines) + "\n"
+def _resource(name: str) -> str:
+    return files(__package__).joinpath(name).read_text("utf-8")
 
 
-def shown(value: Any) -> str:
-    """A value as a table shows it: three digits, a dash for nothing, mean and range."""
-    if value is None:
-        return "–"
-    if isinstance(value, Mapping) and "mean" in value:
-        mean, low, high = (f"{value[k]:.3g}" for k in ("mean", "low", "high"))
-        return mean if low == high else f"{mean} ({low} to {high})"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return f"{value:.3g}" if isinstance(value, float | np.floating) else str(value)
+def _slug(heading: str) -> str:
+    return re.sub(r"[^a-z0-9]+", "-", heading.lower()).strip("-")
 
 
-def _section(section: Section) -> str:
-    parts = [f"<h2>{escape(section.heading)}</h2>"]
-    if section.text:
-        parts.append(f"<p>{escape(section.text)}</p>")
+def _section(section: Section, name: str) -> str:
+    parts = [f"<h2>{escape(section.heading)}</h2>", _text(section.text)]
+    if section.facts:
+        facts = "".join(
+            f"<div><dt>{escape(what)}</dt><dd>{escape(shown(value))}</dd></div>"
+            for what, value in section.facts
+        )
+        parts.append(f'<dl class="facts">{facts}</dl>')
     if section.rows:
         parts.append(_table(section.rows))
-    for caption, picture in section.pictures:
-        data = base64.b64encode(picture).decode()
-        parts.append(f'<img alt="{escape(caption)}" src="data:image/png;base64,{data}">')
-    return "\n".join(parts)
+    shows = [view.html for view in section.views] + [_picture(one) for one in section.pictures]
+    if shows:
+        parts.append(f'<div class="figures">{"".join(shows)}</div>')
+    return f'<section id="{name}">{"".join(parts)}</section>'
+
+
+def _text(text: str) -> str:
+    paragraphs = [escape(part) for part in text.split("\n\n") if part.strip()]
+    marked = (re.sub("`([^`]+)`", r"<code>\1</code>", part) for part in paragraphs)
+    return "".join(f"<p>{part}</p>" for part in marked)
+
+
+def _picture(shown_picture: Picture) -> str:
+    dark = (
+        f'<source media="(prefers-color-scheme: dark)" srcset="{_data(shown_picture.dark)}">'
+        if shown_picture.dark
+        else ""
+    )
+    caption = escape(shown_picture.caption)
+    return (
+        f"<figure{'' if dark else ' class=plain'}><picture>{dark}"
+        f'<img alt="{caption}" src="{_data(shown_picture.light)}"></picture>'
+        f"<figcaption>{caption}</figcaption></figure>"
+    )
+
+
+def _data(content: bytes) -> str:
+    return f"data:image/png;base64,{base64.b64encode(content).decode()}"
 
 
 def _table(rows: Sequence[Mapping[str, Any]]) -> str:
     columns = list(rows[0])
-    head = "".join(f"<th>{escape(c)}</th>" for c in columns)
-    lines = []
-    for row in rows:
-        cells = []
-        for column in columns:
-            value = row.get(column)
-            kind = "" if isinstance(value, str) else ' class="number"'
-            cells.append(f"<td{kind}>{escape(shown(value))}</td>")
-        lines.append(f"<tr>{''.join(cells)}</tr>")
-    return f"<table><tr>{head}</tr>\n{chr(10).join(lines)}</table>"
+    cells = {c: [shown(row.get(c)) for row in rows] for c in columns}
+    align = {c: ' class="number"' * all(map(NUMERIC.fullmatch, cells[c])) for c in columns}
+    head = "".join(f"<th{align[c]}>{escape(c)}</th>" for c in columns)
+    body = "".join(
+        "<tr>" + "".join(f"<td{align[c]}>{escape(cells[c][i])}</td>" for c in columns) + "</tr>"
+        for i in range(len(rows))
+    )
+    table = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    return f'<div class="table">{table}</div>'

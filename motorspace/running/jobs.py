@@ -70,15 +70,7 @@ class Job:
 
     @property
     def folder(self) -> str:
-        """Name of the run's folder within its study.
-
-        >>> from types import SimpleNamespace
-        >>> config = SimpleNamespace(
-        ...     training=SimpleNamespace(seed=3), hash=lambda: "9c1f00aa22bb"
-        ... )
-        >>> Job("table1", cell(agent="forward", rotation=0.2), config).folder
-        'agent-forward_rotation-0.2_seed3_9c1f00aa22bb'
-        """
+        """Name of the run's folder within its study: `agent-forward_rotation-0.2_seed3_HASH`."""
         if self.place:
             return self.place
         slug = "_".join(f"{_slug(name)}-{_slug(shown(value))}" for name, value in self.cell)

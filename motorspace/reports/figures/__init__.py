@@ -1,0 +1,1 @@
+"""Pictures as functions: arrays or rows in, a matplotlib figure out."""
