@@ -7,14 +7,18 @@ import jax
 
 import motorspace as ms
 
+TWO_ROOMS = """
+title   Two rooms with a door
+bounds  0 0 20 10
+wall    10 0  10 4
+wall    10 6  10 10
+"""
+
 with tempfile.TemporaryDirectory() as folder:
     file = Path(folder) / "two_rooms.layout"
-    file.write_text(
-        "title   Two rooms with a door\nbounds  0 0 20 10\nwall 10 0  10 4\nwall 10 6  10 10\n"
-    )
-    world = ms.layout(str(file))
+    file.write_text(TWO_ROOMS)
+    scenario = ms.Scenario(file, ms.HolonomicAgent(), ms.RangeFan(num_rays=5))
 
-trajectories = ms.sample(
-    ms.Scenario(world, ms.HolonomicAgent()), num=5, horizon=6, key=jax.random.key(0)
-)
-print(trajectories.displacements.achieved)
+walks = ms.sample(scenario, num=5, horizon=6, key=jax.random.key(0))
+print("sensors before", walks.experience.sensors, sep="\n")
+print("displacements (longitudinal, lateral, orientation)", walks.displacements.achieved, sep="\n")

@@ -5,20 +5,16 @@ from pathlib import Path
 
 import numpy as np
 
-from motorspace.recordings.readers.base import read_log
-from motorspace.recordings.recording import describe, windows
+import motorspace as ms
 
-rng = np.random.default_rng(0)
-speed = rng.uniform(0.0, 0.2, 200)
-wall = 5.0 - np.concatenate([[0.0], np.cumsum(speed[:-1])]) % 4.0
+# A robot drives back and forth in front of a wall, and measures how far away it is.
+speed = np.random.default_rng(0).uniform(-1, 1, 600)
+wall = 20 - np.concatenate([[0], np.cumsum(speed[:-1])])
+rows = np.column_stack([0.1 * np.arange(600), speed, wall])
 
 with tempfile.TemporaryDirectory() as folder:
-    file = Path(folder) / "robot.csv"
-    rows = [
-        f"{t * 0.1:.1f},{m:.4f},{s:.4f}" for t, (m, s) in enumerate(zip(speed, wall, strict=True))
-    ]
-    file.write_text("\n".join(["time,motor_speed,sensor_wall", *rows]) + "\n")
-    recording = read_log(file)
-
-print(describe(recording))
-print(windows(recording, horizon_scans=3, per_scan=False).experience.motors.shape)
+    log = Path(folder) / "robot.csv"
+    np.savetxt(log, rows, "%.4f", delimiter=",", header="time,motor_speed,sensor_wall", comments="")
+    training = ms.TrainingConfig(epochs=100, trajectories_per_epoch=500, batch_size=50)
+    run = ms.train(ms.RunConfig(ms.Logged(log, horizon=3), training=training))
+    print(ms.evaluate(run))
