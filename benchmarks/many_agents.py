@@ -37,7 +37,7 @@ def through_gymnasium(num: int, name: str) -> Contender:
         num_envs=num,
         vectorization_mode="vector_entry_point",
         layout=LAYOUT,
-        max_steps=10 * STEPS,
+        max_episode_steps=10 * STEPS,
     )
     actions = np.random.default_rng(0).uniform(-1, 1, (STEPS, num, 2)).astype(np.float32)
     env.reset(seed=0)

@@ -35,7 +35,7 @@ def main() -> None:
 
 
 def through_gymnasium() -> Contender:
-    env = gymnasium.make("motorspace/Forward-v0", layout=LAYOUT, max_steps=10 * STEPS)
+    env = gymnasium.make("motorspace/Forward-v0", layout=LAYOUT, max_episode_steps=10 * STEPS)
     actions = np.random.default_rng(0).uniform(-1, 1, (STEPS, 2)).astype(np.float32)
 
     def run() -> None:

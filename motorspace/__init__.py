@@ -5,13 +5,10 @@ measure the `topology` of codes. The public names stand in `__init__.pyi`; each 
 it is first used, so that `import motorspace` costs nothing.
 """
 
-import sys
-
 import lazy_loader
+
+from motorspace.environments import register_with_gymnasium
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
-if "gymnasium" in sys.modules:  # otherwise Gymnasium finds the environments by its plug-ins
-    from motorspace.environments import register as _register_environments
-
-    _register_environments()
+register_with_gymnasium()

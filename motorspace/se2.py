@@ -69,8 +69,8 @@ def advance(pose: Posed, longitudinal: Batch, lateral: Batch) -> Posed:
 def relative(start: Frame, end: Frame) -> Float[Any, "3 *batch"]:
     """The displacement from `start` to `end` in the frame of `start`: start^-1 o end.
 
-    >>> relative(np.array([1.0, 2.0, math.pi / 2]), np.array([1.0, 5.0, math.pi])).round(3)
-    array([ 3.   , -0.   ,  1.571])
+    >>> relative(np.array([1.0, 2.0, math.pi / 2]), np.array([1.0, 5.0, math.pi])).round(3) + 0.0
+    array([3.   , 0.   , 1.571])
     """
     (x, y, angle), (end_x, end_y, end_angle) = start, end
     cos, sin = cos_sin(angle)

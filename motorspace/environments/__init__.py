@@ -1,29 +1,66 @@
-"""The three agents as Gymnasium environments, without a task: reward 0, never terminated.
+"""Agents in their worlds as Gymnasium environments, without a task unless one is given.
 
-Importing this package registers `motorspace/Lattice-v0`, `motorspace/Forward-v0` and
-`motorspace/Holonomic-v0`; or let Gymnasium do it:
-`gymnasium.make("motorspace.environments:motorspace/Forward-v0")`.
+`import motorspace` registers the ids below with Gymnasium, and so does
+`gymnasium.make("motorspace:motorspace/Forward-v0")`, which imports it. Nothing heavy is imported
+before an environment is made.
 """
 
-import gymnasium
+import importlib.abc
+import importlib.util
+import sys
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+from typing import Any
 
-IDS = {
-    "motorspace/Lattice-v0": "lattice",
-    "motorspace/Forward-v0": "forward",
-    "motorspace/Holonomic-v0": "holonomic",
+IDS: dict[str, dict[str, Any]] = {
+    "motorspace/Exploration-v0": {},
+    "motorspace/Lattice-v0": {"agent": "lattice"},
+    "motorspace/Forward-v0": {"agent": "forward"},
+    "motorspace/Holonomic-v0": {"agent": "holonomic"},
 }
+"""What each id adds to the options of an environment."""
+
+MAX_EPISODE_STEPS = 200
+"""Steps of an episode where nothing else is asked for."""
 
 
 def register() -> None:
-    """Register the environments; once is enough, twice does no harm."""
-    for name, agent in IDS.items():
-        if name not in gymnasium.registry:
-            gymnasium.register(
+    """Register the environments with Gymnasium; once is enough, twice does no harm."""
+    from gymnasium.envs import registration
+
+    for name, options in IDS.items():
+        if name not in registration.registry:
+            registration.register(
                 id=name,
                 entry_point="motorspace.environments.single:ExplorationEnv",
                 vector_entry_point="motorspace.environments.vector:ExplorationVectorEnv",
-                kwargs={"agent": agent},
+                max_episode_steps=MAX_EPISODE_STEPS,
+                kwargs=dict(options),
             )
 
 
-register()
+def register_with_gymnasium() -> None:
+    """Register the environments now if Gymnasium is imported, else as soon as it is."""
+    if "gymnasium" in sys.modules:
+        register()
+    elif not any(isinstance(finder, _Registration) for finder in sys.meta_path):
+        sys.meta_path.insert(0, _Registration())
+
+
+class _Registration(importlib.abc.MetaPathFinder):
+    """Registers the environments when Gymnasium is imported, which costs too much before."""
+
+    def find_spec(self, fullname: str, path: Any, target: Any = None) -> ModuleSpec | None:
+        if fullname != "gymnasium":
+            return None
+        sys.meta_path.remove(self)
+        spec = importlib.util.find_spec(fullname)
+        if spec is not None and spec.loader is not None:
+            execute = spec.loader.exec_module
+
+            def execute_and_register(module: ModuleType) -> None:
+                execute(module)
+                register()
+
+            spec.loader.exec_module = execute_and_register  # type: ignore[method-assign]
+        return spec

@@ -1,14 +1,10 @@
 """An agent in its world as an array of pixels, without a drawing library."""
 
-from typing import Any
-
 import numpy as np
 from jaxtyping import Float, UInt8
 
 from motorspace._types import Pose
-from motorspace.worlds.sensors.base import AbstractSensor
-from motorspace.worlds.sensors.range_fan import RangeFan
-from motorspace.worlds.world import AbstractWorld, LatticeWorld, WalledWorld
+from motorspace.worlds.scenario import Scenario
 
 SIZE = 320
 PAPER, INK, RAY, BODY = (255, 255, 255), (40, 40, 40), (255, 160, 60), (30, 100, 200)
@@ -16,29 +12,18 @@ PAPER, INK, RAY, BODY = (255, 255, 255), (40, 40, 40), (255, 160, 60), (30, 100,
 Image = UInt8[np.ndarray, "H W 3"]
 
 
-def render(world: AbstractWorld, sensor: AbstractSensor[Any], pose: Pose) -> Image:
-    """A fresh picture of the agent, its gaze and its rays."""
+def render(scenario: Scenario, pose: Pose) -> Image:
+    """A fresh picture of the world, the agent, its gaze and what it senses."""
     image = np.full((SIZE, SIZE, 3), PAPER, np.uint8)
-    x, y, gaze = float(pose.x), float(pose.y), float(pose.gaze)
-    if isinstance(world, LatticeWorld):
-        bounds = (-1.0, -1.0, float(world.width), float(world.height))
-        for node in np.ndindex(world.width, world.height):
-            _disc(image, bounds, np.array(node, float), 3, INK)
-        ahead = 0.4
-    else:
-        assert isinstance(world, WalledWorld)
-        bounds = world.bounds
-        if isinstance(sensor, RangeFan):
-            half = sensor.field_of_view / 2
-            angles = gaze + np.linspace(-half, half, sensor.num_rays)
-            ranges = np.asarray(sensor.sense(world, pose))[: sensor.num_rays]
-            for angle, reach in zip(angles, ranges, strict=True):
-                end = (x + reach * np.cos(angle), y + reach * np.sin(angle))
-                _line(image, bounds, np.array([(x, y), end]), RAY)
-        for wall in np.asarray(world.walls):
-            _line(image, bounds, wall, INK)
-        ahead = 1.5
-    tip = (x + ahead * np.cos(gaze), y + ahead * np.sin(gaze))
+    bounds, lines, points, pointer = scenario.world.drawing()
+    for ray in scenario.sensor.rays(scenario.world, pose):
+        _line(image, bounds, ray, RAY)
+    for wall in lines:
+        _line(image, bounds, wall, INK)
+    for point in points:
+        _disc(image, bounds, point, 3, INK)
+    x, y, gaze = map(float, pose.frame)
+    tip = (x + pointer * np.cos(gaze), y + pointer * np.sin(gaze))
     _disc(image, bounds, np.array([x, y]), 5, BODY)
     _line(image, bounds, np.array([(x, y), tip]), INK)
     return image

@@ -1,74 +1,103 @@
 """One agent behind Gymnasium's single interface."""
 
+import math
+from pathlib import Path
 from typing import Any
 
 import gymnasium
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from motorspace._errors import UserError
-from motorspace._types import Pose
-from motorspace.environments.core import AgentName, Outcome, build_setting, compiled, jax_key
-from motorspace.environments.render import render
+from motorspace.environments import MAX_EPISODE_STEPS, core
+from motorspace.environments.scenarios import AgentLike, SensorLike, chosen_scenario
+from motorspace.environments.tasks import AbstractTask, Explore
+from motorspace.worlds.scenario import Scenario, WorldLike
 
-Observation = Float[np.ndarray, " K"]
+Observation = Float[np.ndarray, "..."]
 
 
-class ExplorationEnv(gymnasium.Env[Observation, Any]):
-    """An agent exploring a world: observations are its sensors, actions its commands.
+class ExplorationEnv(core.Compiled, gymnasium.Env[Observation, Any]):
+    """An agent in a world: observations are its sensors, actions its commands.
 
-    The reward is 0 and an episode never terminates; it is truncated after `max_steps`. `info`
-    holds the true `pose` (x, y, heading, head) and whether the last move was `blocked`.
-    `layout` and `max_rotation` (units of pi) are those of the continuous worlds.
+    Observations are in raw units. An action is the number of a command, or every motor channel in
+    [-1, 1]. A move through a wall turns the agent and does not move it. `info` holds the true
+    `pose` (x, y, heading, head; world units, radians) and whether the last move was `blocked`.
+
+    Args:
+        agent: The kind of agent, or one made before; forward by default.
+        sensor: The kind of sensor, or one made before; by default what suits the agent.
+        layout: The world, its layout, a layout file, or a name such as `paper`, `rooms:7` or
+            `lattice:6`; by default what suits the agent.
+        scenario: World, agent and sensor, instead of the three above.
+        run: The folder of a run, instead of them: the environment that it learned in.
+        task: Reward and end of an episode; by default none.
+        max_steps: Steps until an episode is truncated, by default 200. With `gymnasium.make`, give
+            its own `max_episode_steps`.
+        render_mode: `"rgb_array"` for pictures.
+        **options: Options of the agent and of the sensor, as their classes have them, for instance
+            `max_rotation` (radians) or `num_rays`.
+
+    Raises:
+        UserError: For options that do not fit, and for actions that are no commands.
     """
 
-    metadata = {"render_modes": ["rgb_array"], "render_fps": 10}
+    metadata = {"render_modes": list(core.RENDER_MODES), "render_fps": 10}
 
     def __init__(
         self,
-        agent: AgentName,
+        agent: AgentLike | None = None,
+        *,
+        sensor: SensorLike | None = None,
+        layout: WorldLike | None = None,
+        scenario: Scenario | None = None,
+        run: str | Path | None = None,
+        task: AbstractTask | None = None,
+        max_steps: int | None = None,
         render_mode: str | None = None,
-        max_steps: int = 200,
-        layout: str = "paper",
-        max_rotation: float = 0.8,
-        lattice_size: int = 6,
+        **options: Any,
     ) -> None:
-        if render_mode not in (None, "rgb_array"):
-            raise UserError(f"there is no render mode {render_mode!r}", remedy="use rgb_array")
-        if max_steps < 1:
-            raise UserError(f"an episode of {max_steps} steps is none", remedy="give at least 1")
-        self.setting = build_setting(
-            agent, layout_name=layout, max_rotation=max_rotation, lattice_size=lattice_size
+        self.render_mode = core.checked_mode(render_mode)
+        self.max_steps = core.episode_length(max_steps, None)
+        chosen = chosen_scenario(
+            agent, sensor=sensor, layout=layout, scenario=scenario, run=run, options=options
         )
-        self._rules = compiled(self.setting)
-        self.render_mode = render_mode
-        self.max_steps = max_steps
-        self.action_space = self.setting.action_space
-        self.observation_space = self.setting.observation_space
-        self._outcome: Outcome | None = None
-        self._steps = 0
+        self._set_episode(core.Episode(chosen, Explore() if task is None else task))
+        self.action_space = core.action_space(chosen.commands)
+        self.observation_space = core.observation_space(chosen.space)
+        self._result: core.StepResult | None = None
+        self._steps, self._length = 0, math.inf
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         super().reset(seed=seed)
-        self._outcome, self._steps = self._rules.begin(jax_key(self.np_random)), 0
-        return self._told()
+        self._length = self._episode_length()
+        self._result, self._steps = self._compiled.begin(core.jax_key(self.np_random)), 0
+        observation, *_, info = self._unpacked(self._result)
+        return observation, info
 
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        if self._outcome is None:
+        if self._result is None:
             raise gymnasium.error.ResetNeeded("call reset before step")
-        self._outcome = self._rules.advance(self._outcome, np.asarray(action))
+        checked = core.checked_action(self.episode.scenario.commands, action)
+        self._result = self._compiled.advance(self._result, checked)
         self._steps += 1
-        observation, info = self._told()
-        return observation, 0.0, False, self._steps >= self.max_steps, info
+        observation, reward, terminated, info = self._unpacked(self._result)
+        return observation, reward, terminated, self._steps >= self._length, info
 
     def render(self) -> UInt8[np.ndarray, "H W 3"] | None:
-        if self.render_mode is None or self._outcome is None:
+        if self.render_mode is None or self._result is None:
             return None
-        return render(self.setting.world, self.setting.sensor, Pose(*self._outcome[:4]))
+        return core.picture(self.episode, self._result)
 
-    def _told(self) -> tuple[Observation, dict[str, Any]]:
-        assert self._outcome is not None
-        observation, info = self.setting.told(self._outcome)
-        return observation, info | {"blocked": bool(info["blocked"])}
+    def _episode_length(self) -> float:
+        """After how many steps an episode is truncated here, and not by Gymnasium."""
+        if self.spec is None:
+            return float(self.max_steps or MAX_EPISODE_STEPS)
+        core.episode_length(self.max_steps, MAX_EPISODE_STEPS)
+        return float(self.max_steps or math.inf)
+
+    def _unpacked(self, result: core.StepResult) -> tuple[Observation, float, bool, dict[str, Any]]:
+        step = core.unpack(result, self.episode.scenario.space)
+        info = {"pose": step.pose, "blocked": bool(step.blocked)}
+        return step.observation, float(step.reward), bool(step.terminated), info

@@ -1,80 +1,104 @@
 """Many agents behind Gymnasium's vector interface, as one compiled step."""
 
+from pathlib import Path
 from typing import Any
 
+import gymnasium
 import jax
 import jax.numpy as jnp
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, UInt8
 
-from motorspace._errors import UserError
-from motorspace.environments.core import AgentName, Outcome, build_setting, compiled, jax_key
+from motorspace.environments import MAX_EPISODE_STEPS, core
+from motorspace.environments.scenarios import AgentLike, SensorLike, chosen_scenario
+from motorspace.environments.tasks import AbstractTask, Explore
+from motorspace.worlds.checks import whole
+from motorspace.worlds.scenario import Scenario, WorldLike
 
-Observations = Float[np.ndarray, "N K"]
+Observations = Float[np.ndarray, "N ..."]
 Flags = Bool[np.ndarray, " N"]
 Step = tuple[Observations, Float[np.ndarray, " N"], Flags, Flags, dict[str, Any]]
 
 
-class ExplorationVectorEnv(VectorEnv[Observations, Any, Any]):
-    """`num_envs` copies of `ExplorationEnv`.
+class ExplorationVectorEnv(core.Compiled, VectorEnv[Observations, Any, Any]):
+    """`num_envs` copies of `ExplorationEnv`, with its options, in one compiled step.
 
-    A truncated copy is reset by the step after (`AutoresetMode.NEXT_STEP`), which ignores its
-    action.
+    A copy whose episode has ended is reset by the step after (`AutoresetMode.NEXT_STEP`), which
+    ignores its action.
     """
 
-    metadata = {"autoreset_mode": AutoresetMode.NEXT_STEP}
+    metadata = {
+        "autoreset_mode": AutoresetMode.NEXT_STEP,
+        "render_modes": list(core.RENDER_MODES),
+        "render_fps": 10,
+    }
 
     def __init__(
         self,
-        agent: AgentName,
+        agent: AgentLike | None = None,
         num_envs: int = 1,
-        max_steps: int = 200,
-        layout: str = "paper",
-        max_rotation: float = 0.8,
-        lattice_size: int = 6,
+        *,
+        sensor: SensorLike | None = None,
+        layout: WorldLike | None = None,
+        scenario: Scenario | None = None,
+        run: str | Path | None = None,
+        task: AbstractTask | None = None,
+        max_steps: int | None = None,
+        max_episode_steps: int | None = None,
+        render_mode: str | None = None,
+        **options: Any,
     ) -> None:
-        if num_envs < 1 or max_steps < 1:
-            raise UserError(
-                f"{num_envs} environments of {max_steps} steps are none", remedy="give at least 1"
-            )
-        self.setting = build_setting(
-            agent, layout_name=layout, max_rotation=max_rotation, lattice_size=lattice_size
+        self.render_mode = core.checked_mode(render_mode)
+        self.num_envs = whole("num_envs", num_envs)
+        length = core.episode_length(max_steps, max_episode_steps)
+        self.max_steps = MAX_EPISODE_STEPS if length is None else length
+        chosen = chosen_scenario(
+            agent, sensor=sensor, layout=layout, scenario=scenario, run=run, options=options
         )
-        self._rules = compiled(self.setting)
-        self.num_envs = num_envs
-        self.max_steps = max_steps
-        self.single_action_space = self.setting.action_space
-        self.single_observation_space = self.setting.observation_space
+        self._set_episode(core.Episode(chosen, Explore() if task is None else task))
+        self.single_action_space = core.action_space(chosen.commands)
+        self.single_observation_space = core.observation_space(chosen.space)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self._outcome: Outcome | None = None
+        self._results: core.StepResult | None = None
         self._steps = np.zeros(num_envs, int)
+        self._ended = np.zeros(num_envs, bool)
 
     def reset(
         self, *, seed: Any = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
         super().reset(seed=seed)
-        self._outcome, self._steps = self._begin(), np.zeros(self.num_envs, int)
-        return self._told()
+        self._results, self._steps = self._begin(), np.zeros(self.num_envs, int)
+        self._ended = np.zeros(self.num_envs, bool)
+        unpacked = core.unpack(self._results, self.episode.scenario.space)
+        return unpacked.observation, self._info(unpacked)
 
     def step(self, actions: Any) -> Step:
-        assert self._outcome is not None, "call reset before step"
-        again = self._steps >= self.max_steps
-        self._outcome = self._rules.advance(self._outcome, np.asarray(actions))
+        if self._results is None:
+            raise gymnasium.error.ResetNeeded("call reset before step")
+        checked = core.checked_action(self.episode.scenario.commands, actions, self.num_envs)
+        results, again = self._compiled.advance(self._results, checked), self._ended
         if again.any():
-            self._outcome = jnp.where(again[:, None], self._begin(), self._outcome)
-        self._steps = np.where(again, 0, self._steps + 1)
-        observations, info = self._told()
-        never, nothing = np.zeros(self.num_envs, bool), np.zeros(self.num_envs)
-        return observations, nothing, never, self._steps >= self.max_steps, info
+            results = jnp.where(again[:, None], self._begin(), results)
+        self._results, self._steps = results, np.where(again, 0, self._steps + 1)
+        unpacked = core.unpack(results, self.episode.scenario.space)
+        truncated = self._steps >= self.max_steps
+        self._ended = truncated | unpacked.terminated
+        reward = unpacked.reward.astype(np.float64)
+        return unpacked.observation, reward, unpacked.terminated, truncated, self._info(unpacked)
 
-    def _begin(self) -> Outcome:
-        return self._rules.begin_all(jax.random.split(jax_key(self.np_random), self.num_envs))
+    def render(self) -> tuple[UInt8[np.ndarray, "H W 3"], ...] | None:
+        if self.render_mode is None or self._results is None:
+            return None
+        return tuple(core.picture(self.episode, result) for result in self._results)
 
-    def _told(self) -> tuple[Observations, dict[str, Any]]:
-        assert self._outcome is not None
-        observations, info = self.setting.told(self._outcome)
+    def _begin(self) -> core.StepResult:
+        keys = jax.random.split(core.jax_key(self.np_random), self.num_envs)
+        return self._compiled.begin_all(keys)
+
+    def _info(self, unpacked: core.Unpacked) -> dict[str, Any]:
         present = np.ones(self.num_envs, bool)
-        return observations, info | {"_pose": present, "_blocked": present.copy()}
+        known = {"pose": unpacked.pose, "blocked": unpacked.blocked}
+        return known | {f"_{name}": present.copy() for name in known}

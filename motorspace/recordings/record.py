@@ -4,9 +4,10 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Bool, Float
 
 from motorspace._errors import UserError
-from motorspace._types import Collision, Flag, Flags, Key, Motor, Motors, Pose
+from motorspace._types import Collision, Flag, Key, Keys, Motor, Pose
 from motorspace.recordings.recording import Recording
 from motorspace.worlds.scenario import Scenario
 
@@ -57,7 +58,9 @@ def record(
 
 
 @eqx.filter_jit
-def _walk(scenario: Scenario, start: Pose, keys: Key, tries: int) -> tuple[Pose, Motors, Flags]:
+def _walk(
+    scenario: Scenario, start: Pose, keys: Keys, tries: int
+) -> tuple[Pose, Float[Array, "T M"], Bool[Array, " T"]]:
     """The poses from the start on, the commands, and which of them a wall blocked."""
 
     def advance(pose: Pose, key: Key) -> tuple[Pose, tuple[Pose, Motor, Flag]]:

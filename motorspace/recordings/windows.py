@@ -113,7 +113,7 @@ def split_blocks(
             remedy="choose at least 5 blocks",
         )
     starts = transition_starts(recording, horizon)
-    borders = np.linspace(0, len(recording), num_blocks + 1).astype(int)
+    borders = np.linspace(0, len(recording), num_blocks + 1).astype(int).tolist()
     order = np.asarray(jax.random.permutation(key, num_blocks))
     parts = []
     for blocks in np.split(order, cuts):

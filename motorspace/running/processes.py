@@ -15,15 +15,13 @@ from typing import Any
 from motorspace._errors import UserError
 from motorspace.running.executors import Outcome
 from motorspace.running.jobs import Job
-from motorspace.running.work import Execute, Failure, work, write_failure
+from motorspace.running.work import ONE_THREAD, Execute, Failure, work, write_failure
 
 TRIES = 3
 """Times that a job is begun when its process is killed, for want of memory perhaps."""
 
 STOP_SECONDS = 15.0
 """Time that processes have to write their checkpoints when the command is stopped."""
-
-ONE_THREAD = "--xla_cpu_multi_thread_eigen=false"
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from motorspace._errors import UserError
 from motorspace.running.executors import Outcome
 from motorspace.running.jobs import Job
 from motorspace.running.store import Result
-from motorspace.running.work import Execute, Failure, work
+from motorspace.running.work import ONE_THREAD, Execute, Failure, work
 
 RETRIES = 10
 """Times that Ray begins a job again when its worker or its machine is lost."""
@@ -27,8 +27,6 @@ CONNECTS = 3
 
 STOP_SECONDS = 15.0
 """Time that workers have to write their checkpoints when the command is stopped."""
-
-ONE_THREAD = "--xla_cpu_multi_thread_eigen=false"
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,7 @@ class RayExecutor:
                 num_cpus=self.cpus,
                 num_gpus=self.gpus,
             )(_on_ray)
-            here = (str(Path.cwd()), _environment(), self.modules)
+            here = (str(Path.cwd()), self._environment(), self.modules)
             running = {task.remote(*here, execute, job, str(folder)): job for job in jobs}
             try:
                 while running:
@@ -65,6 +63,15 @@ class RayExecutor:
                     yield running.pop(done), _found(ray, done)
             finally:
                 _stop(ray, [*running])
+
+    def _environment(self) -> dict[str, str]:
+        """The settings of JAX in this process, and one thread for each job."""
+        found = {name: value for name, value in os.environ.items() if name.startswith("JAX_")}
+        found["XLA_FLAGS"] = os.environ.get("XLA_FLAGS", ONE_THREAD)
+        if 0 < self.gpus < 1:
+            # By default the first job would take most of the memory that they share.
+            found["XLA_PYTHON_CLIENT_PREALLOCATE"] = "false"
+        return found
 
     def _check_resources(self, ray: Any) -> None:
         """Raise `UserError` if the cluster could never run a job: Ray itself would wait."""
@@ -96,12 +103,6 @@ def _on_ray(
         )
     os.chdir(here)
     return work(execute, job, Path(folder), modules)
-
-
-def _environment() -> dict[str, str]:
-    """The settings of JAX in this process, and one thread for each job."""
-    found = {name: value for name, value in os.environ.items() if name.startswith("JAX_")}
-    return found | {"XLA_FLAGS": os.environ.get("XLA_FLAGS", ONE_THREAD)}
 
 
 @contextmanager

@@ -56,8 +56,8 @@ class Result:
     def as_line(self) -> str:
         """The result as one line of JSON; values that are not finite become null."""
         metrics = {name: _number(value) for name, value in self.metrics.items()}
-        told = {**vars(self), "cell": dict(self.cell), "metrics": metrics}
-        return json.dumps(told, allow_nan=False)
+        values = {**vars(self), "cell": dict(self.cell), "metrics": metrics}
+        return json.dumps(values, allow_nan=False)
 
 
 def result_of(job: Job, metrics: Mapping[str, Number]) -> Result:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from motorspace._errors import UserError
-from motorspace._files import write_json
+from motorspace._files import locked, write_json
 from motorspace.running.executors import Executor, Report, run_jobs
 from motorspace.running.jobs import Configuration, Job, Value, cell, described
 from motorspace.running.work import Execute
@@ -122,8 +122,8 @@ def run_sweep(
     """
     jobs = jobs_of(sweep, trainer)
     place = folder / sweep.name
-    place.mkdir(parents=True, exist_ok=True)
-    write_json(place / SAVED, sweep.as_json())
+    with locked(place):
+        write_json(place / SAVED, sweep.as_json())
     run_jobs(jobs, folder, execute, executor=executor, report=report)
 
 

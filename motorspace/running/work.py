@@ -25,6 +25,9 @@ JAX inside the function, so that a worker can choose its core and its threads be
 OUTCOME = ".job"
 """Folder within a run's folder: its lock, and its outcome until the results hold it."""
 
+ONE_THREAD = "--xla_cpu_multi_thread_eigen=false"
+"""A flag of XLA: many processes of one thread beat one process of many."""
+
 WAIT_SECONDS = 60.0
 """How long to wait for the folder of a run: the worker that holds it may be about to end."""
 

@@ -32,8 +32,11 @@ def check_reader(reader: AbstractReader, path: Path | str) -> Recording:
     parameters_of(type(reader))
     head = read_bytes(path, HEAD)
     _hold(type(reader).recognises(path.name, head), f"{kind} does not recognise {path.name}")
+    check_recording(reader.parse(path), judged=False)
     recording = reader.read(path)
-    check_recording(recording, ticking=reader.clock == "check")
+    check_recording(recording)
+    if reader.clock == "check":
+        _check_time(recording)
     again = reader.read(str(path))
     for field in fields(Recording):
         first, second = (np.asarray(getattr(r, field.name)) for r in (recording, again))
@@ -43,12 +46,12 @@ def check_reader(reader: AbstractReader, path: Path | str) -> Recording:
     return recording
 
 
-def check_recording(recording: Recording, *, ticking: bool = True) -> None:
+def check_recording(recording: Recording, *, judged: bool = True) -> None:
     """Check that a recording is sound: shapes, finite values, order, scales.
 
     Args:
         recording: The recording.
-        ticking: Whether time has to go on in every usable interval.
+        judged: Whether intervals that are no transition are left out already.
 
     Raises:
         AssertionError: The first check that fails, as a sentence.
@@ -70,11 +73,12 @@ def check_recording(recording: Recording, *, ticking: bool = True) -> None:
         _hold(bool(np.isfinite(values).all()), f"the {name} have to be finite")
         _hold(bool((np.abs(values) < 3.4e38).all()), f"the {name} do not fit into 32 bits")
     _check_intervals(recording)
+    if judged:
+        commands = np.bincount(recording.interval, minlength=num - 1)
+        _hold(bool((commands[recording.usable] > 0).all()), "a usable interval holds no command")
     _check_scale(recording)
-    known = np.isfinite(recording.poses)
-    _hold(bool((known.all(1) | ~known.any(1) | known[:, 3]).all()), "a pose is known in part")
-    if ticking:
-        _check_time(recording)
+    known = np.isfinite(recording.poses[:, :3])
+    _hold(bool((known.all(1) | ~known.any(1)).all()), "a pose is known in part")
     _hold(all(isinstance(n, str) for n in recording.notes), "notes have to be sentences")
 
 
@@ -84,8 +88,6 @@ def _check_intervals(recording: Recording) -> None:
     _hold(bool((np.diff(interval) >= 0).all()), "interval has to be sorted")
     within = len(interval) == 0 or (interval[0] >= 0 and interval[-1] < num)
     _hold(bool(within), f"interval has to be from 0 to {num - 1}")
-    commands = np.bincount(interval, minlength=num)
-    _hold(bool((commands[recording.usable] > 0).all()), "a usable interval holds no command")
     width = recording.increments.shape[1]
     _hold(width > 0, "there are no motor channels")
     _hold(not recording.planar or width == 3, f"planar increments need 3 channels, not {width}")

@@ -74,8 +74,8 @@ def sample(
 
     # A thread per core: within one chunk the compiler finds too little to share out.
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        drawn = list(pool.map(run, _chunks(jax.random.split(key, num))))
-    return jax.tree.map(lambda *leaves: jnp.concatenate(leaves)[:num], *drawn)
+        chunks = list(pool.map(run, _chunks(jax.random.split(key, num))))
+    return jax.tree.map(lambda *leaves: jnp.concatenate(leaves)[:num], *chunks)
 
 
 def check_sizes(num: int, horizon: int, min_horizon: int | None) -> int:
@@ -133,8 +133,8 @@ def simulate(
     keys = jax.random.split(key, plan.num)
     if plan.num <= CHUNK_SIZE:
         return run(keys)
-    drawn = jax.lax.map(run, _chunks(keys))
-    return jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:])[: plan.num], drawn)
+    chunks = jax.lax.map(run, _chunks(keys))
+    return jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:])[: plan.num], chunks)
 
 
 def _chunks(keys: KeyArray[Array, " N"]) -> KeyArray[Array, "J C"]:

@@ -1,4 +1,4 @@
-"""Trajectories kept in a file: the arrays and, in the same file, what they were made with."""
+"""Trajectories in a file: the arrays and, in the same file, the configuration behind them."""
 
 import hashlib
 import json
@@ -18,12 +18,20 @@ EXPERIENCE = ("sensors", "motors", "num_steps", "later_sensors")
 DISPLACEMENTS = ("nominal", "achieved")
 
 
-def save_trajectories(path: Path, trajectories: Trajectories, *, config: dict[str, Any]) -> None:
-    """Write the trajectories and their JSON-able `config` as one safetensors file.
+def save_trajectories(
+    path: str | Path, trajectories: Trajectories, *, config: dict[str, Any]
+) -> None:
+    """Write trajectories and what they were made with as one safetensors file.
 
     The file is replaced as a whole: a reader sees the old one or the new one.
 
-    Raises `UserError` when the file cannot be written.
+    Args:
+        path: The file.
+        trajectories: What to save.
+        config: What they were made with, as JSON-able data.
+
+    Raises:
+        UserError: When the file cannot be written.
     """
     arrays = {
         **{n: np.asarray(getattr(trajectories.experience, n)) for n in EXPERIENCE},
@@ -31,17 +39,19 @@ def save_trajectories(path: Path, trajectories: Trajectories, *, config: dict[st
     }
     text = json.dumps(config)
     content = save(arrays, metadata={"config": text, "sha256": _digest(arrays, text)})
-    write_atomically(path, content)
+    write_atomically(Path(path), content)
 
 
-def load_trajectories(path: Path) -> tuple[Trajectories, dict[str, Any]]:
+def load_trajectories(path: str | Path) -> tuple[Trajectories, dict[str, Any]]:
     """The trajectories and the `config` that `save_trajectories` wrote.
 
     JSON has no tuples: those of the saved `config` come back as lists.
 
-    Raises `UserError` when the file is missing, damaged or of another kind. A checksum tells
-    changed values too, which the format itself would let pass.
+    Raises:
+        UserError: When the file is missing, damaged or of another kind. A checksum finds changed
+            values too, which the format itself would let pass.
     """
+    path = Path(path)
     try:
         content = path.read_bytes()
         arrays = load(content)

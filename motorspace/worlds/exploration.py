@@ -53,7 +53,7 @@ class Exploration(NamedTuple):
 
 
 class Assignment(NamedTuple):
-    """What N agents are asked to do, each by itself."""
+    """What each of N agents has to do."""
 
     num_steps: Int[Array, " N"]
     start_keys: Keys
@@ -80,7 +80,7 @@ def explore(
     start_keys, motor_keys = jnp.moveaxis(jax.vmap(jax.random.split)(keys), 1, 0)
     zero = jnp.zeros((len(keys),), jnp.int32)
     nowhere = Pose(*jnp.zeros((4, len(keys)), jnp.float32))
-    unborn = Exploration(
+    blank = Exploration(
         start=nowhere,
         attempt=zero - 1,
         pose=nowhere,
@@ -89,16 +89,14 @@ def explore(
         refusals=zero + MAX_REFUSALS,
         proposals=zero,
     )
-    asked = Assignment(num_steps.astype(jnp.int32), start_keys, motor_keys)
-    explorers = Explorers(
-        world, agent, agent.commands.sample if policy is None else policy, collision
-    )
+    assigned = Assignment(num_steps.astype(jnp.int32), start_keys, motor_keys)
+    shared = Shared(world, agent, agent.commands.sample if policy is None else policy, collision)
     worth = [s for s in STAGES[1:] if len(keys) >= FEWEST * s[0] and collision == "resample"]
     stages = (STAGES[0], *worth)
-    return _finish(explorers, asked, _begin_anew(explorers, asked, unborn), stages)
+    return _finish(shared, assigned, _begin_anew(shared, assigned, blank), stages)
 
 
-class Explorers(eqx.Module):
+class Shared(eqx.Module):
     """What all agents have in common."""
 
     world: AbstractWorld
@@ -108,75 +106,75 @@ class Explorers(eqx.Module):
 
 
 def _finish(
-    explorers: Explorers,
-    asked: Assignment,
+    shared: Shared,
+    assigned: Assignment,
     now: Exploration,
     stages: tuple[tuple[int, int], ...],
 ) -> Exploration:
     """Everybody's exploration, done."""
     (share, at_once), *later = stages
-    num_agents = len(asked.num_steps)
+    num_agents = len(assigned.num_steps)
     num_late = -(-num_agents * share // later[0][0]) if later else 0
     # While all are together, who is stuck waits for a later stage to begin anew.
     patient = share == 1 and bool(later)
 
     def together(now: Exploration) -> Exploration:
         if not patient:
-            now = _begin_anew(explorers, asked, now)
-        return _propose(explorers, asked, now, at_once=at_once)
+            now = _begin_anew(shared, assigned, now)
+        return _propose(shared, assigned, now, at_once=at_once)
 
     def some_late(now: Exploration) -> Exploration:
-        late = jnp.nonzero(_unfinished(now, asked), size=num_late, fill_value=num_agents)[0]
+        late = jnp.nonzero(_unfinished(now, assigned), size=num_late, fill_value=num_agents)[0]
         rows = late.clip(max=num_agents - 1)
-        few, their = jax.tree.map(lambda leaf: leaf[..., rows], (now, asked))
-        few = _finish(explorers, their, few, tuple(later))
+        few, their = jax.tree.map(lambda leaf: leaf[..., rows], (now, assigned))
+        few = _finish(shared, their, few, tuple(later))
         return jax.tree.map(lambda a, b: a.at[..., late].set(b, mode="drop"), now, few)
 
     going = _under_way if patient else _unfinished
-    now = jax.lax.while_loop(lambda now: going(now, asked).sum() > num_late, together, now)
+    now = jax.lax.while_loop(lambda now: going(now, assigned).sum() > num_late, together, now)
     if not later:
         return now
-    return jax.lax.while_loop(lambda now: _unfinished(now, asked).any(), some_late, now)
+    return jax.lax.while_loop(lambda now: _unfinished(now, assigned).any(), some_late, now)
 
 
-def _under_way(now: Exploration, asked: Assignment) -> Flags:
-    return (now.steps_done < asked.num_steps) & (now.refusals < MAX_REFUSALS)
+def _under_way(now: Exploration, assigned: Assignment) -> Flags:
+    return (now.steps_done < assigned.num_steps) & (now.refusals < MAX_REFUSALS)
 
 
-def _unfinished(now: Exploration, asked: Assignment) -> Flags:
-    may_begin_anew = (now.steps_done < asked.num_steps) & (now.attempt < MAX_ATTEMPTS - 1)
-    return _under_way(now, asked) | may_begin_anew
+def _unfinished(now: Exploration, assigned: Assignment) -> Flags:
+    may_begin_anew = (now.steps_done < assigned.num_steps) & (now.attempt < MAX_ATTEMPTS - 1)
+    return _under_way(now, assigned) | may_begin_anew
 
 
-def _begin_anew(explorers: Explorers, asked: Assignment, now: Exploration) -> Exploration:
+def _begin_anew(shared: Shared, assigned: Assignment, now: Exploration) -> Exploration:
     """Unfinished agents that were refused too often stand at another place, if it is free."""
 
     def start(key: Key, attempt: Count) -> Pose:
         place_key, head_key = jax.random.split(jax.random.fold_in(key, attempt))
-        return explorers.agent.start(explorers.world.random_pose(key=place_key), key=head_key)
+        return shared.agent.start(shared.world.random_pose(key=place_key), key=head_key)
 
     attempt = now.attempt + 1
-    pose = jax.vmap(start)(asked.start_keys, attempt)
+    pose = jax.vmap(start)(assigned.start_keys, attempt)
     zero = jnp.zeros_like(now.steps_done)
-    refusals = jnp.where(explorers.world.free(pose), 0, MAX_REFUSALS)
+    refusals = jnp.where(shared.world.free(pose), 0, MAX_REFUSALS)
     motors = jnp.zeros_like(now.motors)
     anew = Exploration(pose, attempt, pose, motors, zero, refusals, now.proposals)
-    return select(_unfinished(now, asked) & ~_under_way(now, asked), anew, now)
+    return select(_unfinished(now, assigned) & ~_under_way(now, assigned), anew, now)
 
 
 def _propose(
-    explorers: Explorers, asked: Assignment, now: Exploration, *, at_once: int
+    shared: Shared, assigned: Assignment, now: Exploration, *, at_once: int
 ) -> Exploration:
     """Agents under way try up to `at_once` commands each and execute the first possible one."""
     tried = jnp.arange(at_once, dtype=jnp.int32)[:, None]
     keys = jax.vmap(jax.vmap(jax.random.fold_in), (None, 0))(
-        asked.motor_keys, now.proposals[None] + tried
+        assigned.motor_keys, now.proposals[None] + tried
     )
-    each = jax.vmap(jax.vmap(lambda key: explorers.policy(key=key), out_axes=-1), out_axes=1)
+    each = jax.vmap(jax.vmap(lambda key: shared.policy(key=key), out_axes=-1), out_axes=1)
     motors = each(keys)
     here = jax.tree.map(lambda field: jnp.broadcast_to(field, keys.shape), now.pose)
-    after, blocked = step(explorers.world, explorers.agent, here, motors)
-    possible = ~blocked if explorers.collision == "resample" else jnp.ones_like(blocked)
+    after, blocked = step(shared.world, shared.agent, here, motors)
+    possible = ~blocked if shared.collision == "resample" else jnp.ones_like(blocked)
     possible &= tried < (MAX_REFUSALS - now.refusals)[None]
     first = possible & (jnp.cumsum(possible, axis=0) == 1)
     taken = first.any(axis=0)
@@ -197,4 +195,4 @@ def _propose(
         refusals=jnp.where(taken, 0, now.refusals + used),
         proposals=now.proposals + used,
     )
-    return select(_under_way(now, asked), then, now)
+    return select(_under_way(now, assigned), then, now)

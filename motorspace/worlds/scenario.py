@@ -8,6 +8,7 @@ import equinox as eqx
 import jax
 
 from motorspace._errors import UserError
+from motorspace._forks import refuse_forked
 from motorspace._kinds import Part
 from motorspace._types import Flags, Key, Motor, Pose, Sensors
 from motorspace.worlds.agents import AbstractAgent, ForwardAgent
@@ -135,11 +136,11 @@ def _lattice(side: str) -> LatticeWorld:
 def _named(name: str, content: bytes) -> AbstractWorld:
     """The world of this name; `content` is that of a file, which may change."""
     del content
-    with jax.ensure_compile_time_eval():
-        return _built(load_layout(name))
+    return _built(load_layout(name))
 
 
 @lru_cache(maxsize=32)
 def _built(layout: Layout) -> AbstractWorld:
-    with jax.ensure_compile_time_eval():  # what is kept must outlast the trace that asks first
+    refuse_forked()
+    with jax.ensure_compile_time_eval():  # cached arrays must outlast a trace
         return layout.world()

@@ -174,8 +174,8 @@ class LatticeWorld(AbstractWorld):
     def random_pose(self, *, key: Key) -> Pose:
         low = jnp.array([0.0, 0.0, -1.0], jnp.float32)
         high = jnp.array([self.width, self.height, 3.0], jnp.float32)
-        drawn = jax.random.uniform(key, (3,), jnp.float32, minval=low, maxval=high)
-        x, y, quarters = jnp.floor(drawn)
+        node = jax.random.uniform(key, (3,), jnp.float32, minval=low, maxval=high)
+        x, y, quarters = jnp.floor(node)
         return Pose(x, y, quarters * jnp.pi / 2, jnp.zeros_like(x))
 
     def drawing(self) -> Drawing:

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-import motorspace.environments
-from motorspace import UserError
+from motorspace.environments import IDS, register
 
-IDS = tuple(motorspace.environments.IDS)
+register()
+IDS = tuple(IDS)
 
 
 @pytest.mark.parametrize("name", IDS)
@@ -73,7 +73,7 @@ def test_single_and_vector_environments_obey_the_same_rules():
     )
     single.reset(seed=0)
     several.reset(seed=0)
-    several.unwrapped._outcome = single._outcome[None]
+    several.unwrapped._results = single._result[None]
     single.action_space.seed(1)
     for _ in range(10):
         action = single.action_space.sample()
@@ -101,19 +101,3 @@ def test_pictures_are_fresh_and_show_something():
     second = env.render()
     assert first.dtype == np.uint8 and len(np.unique(first.reshape(-1, 3), axis=0)) == 4
     assert not np.array_equal(first, second)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"render_mode": "human"}, "no render mode 'human'; use rgb_array"),
-        ({"max_steps": 0}, "an episode of 0 steps is none"),
-        ({"layout": "nowhere"}, "there is no layout 'nowhere'; choose one of"),
-        ({"max_rotation": -1.0}, "the largest rotation must be above 0, not -1.0"),
-    ],
-)
-def test_bad_arguments(change, message):
-    from motorspace.environments.single import ExplorationEnv
-
-    with pytest.raises(UserError, match=message):
-        ExplorationEnv("forward", **change)

@@ -46,24 +46,24 @@ def is_free(place):
 
 
 def test_jobs_are_done_once_and_finished_ones_are_not_repeated(tmp_path):
-    wanted, told = jobs(0.2, 0.4, seeds=2), []
-    run_jobs([*wanted, wanted[0]], tmp_path, execute, executor=Processes(2), report=told.append)
+    wanted, said = jobs(0.2, 0.4, seeds=2), []
+    run_jobs([*wanted, wanted[0]], tmp_path, execute, executor=Processes(2), report=said.append)
     assert begun(tmp_path) == [1] * 4
-    assert len(told) == 4 and told[-1].startswith("[4/4] agent=forward rotation=0.")
+    assert len(said) == 4 and said[-1].startswith("[4/4] agent=forward rotation=0.")
     assert sum(r["value"] for r in values(tmp_path).values()) == pytest.approx(12.666666)
     more = [*wanted, *jobs(0.6)]
-    run_jobs(more, tmp_path, execute, executor=OneProgram(), report=told.append)
+    run_jobs(more, tmp_path, execute, executor=OneProgram(), report=said.append)
     assert begun(tmp_path) == [1] * 5
-    assert told[4] == "4 of 5 runs are finished already"
+    assert said[4] == "4 of 5 runs are finished already"
     assert len((tmp_path / "toy.jsonl").read_text().splitlines()) == 5
 
 
 def test_a_run_that_fails_does_not_end_the_others(tmp_path):
-    wanted, told = [*jobs(0.2), *jobs(0.4, fails="bug"), *jobs(0.6, fails="user")], []
+    wanted, said = [*jobs(0.2), *jobs(0.4, fails="bug"), *jobs(0.6, fails="user")], []
     with pytest.raises(UserError, match=r"2 of 3 runs have failed, agent=.* tries them again"):
-        run_jobs(wanted, tmp_path, execute, executor=OneProgram(), report=told.append)
+        run_jobs(wanted, tmp_path, execute, executor=OneProgram(), report=said.append)
     assert len(values(tmp_path)) == 1
-    assert any("ZeroDivisionError: it is broken\n" in f"{line}\n" for line in told)
+    assert any("ZeroDivisionError: it is broken\n" in f"{line}\n" for line in said)
     reasons = {p.read_text().splitlines()[0] for p in tmp_path.glob("toy/*/.job/failure.txt")}
     assert reasons == {"ZeroDivisionError: it is broken", "it is broken."}
 

@@ -194,9 +194,13 @@ def test_errors_modules_and_resources_are_the_users(cluster, tmp_path):
 def test_nothing_listens_beyond_this_machine(cluster):
     host, _, port = cluster.partition(":")
     assert host == "127.0.0.1"
-    listening = [line.split()[1] for line in Path("/proc/net/tcp6").read_text().splitlines()[1:]]
-    ours = [address for address in listening if address.endswith(f":{int(port):04X}")]
-    assert not [address for address in ours if set(address.partition(":")[0]) == {"0"}]
+    listening = [
+        line.split()[1].partition(":")
+        for table in ("tcp", "tcp6")
+        for line in Path(f"/proc/net/{table}").read_text().splitlines()[1:]
+    ]
+    hosts = {host for host, _, found in listening if int(found, 16) == int(port)}
+    assert hosts and not any(set(host) == {"0"} for host in hosts), "all zeros: every interface"
 
 
 def test_where_no_cluster_is_the_error_says_so(monkeypatch):

@@ -1,6 +1,10 @@
 """A sweep is a few lines of TOML; what they say wrongly is named with file and key."""
 
 import math
+import re
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
@@ -178,6 +182,26 @@ def test_flags_say_what_a_file_says(sweep_of):
 def test_what_a_sweep_cannot_be_is_named_with_file_and_key(sweep_of, content, message):
     with pytest.raises(UserError, match=r"table1\.toml.*" + message):
         jobs_of(sweep_of(content), TRAINER)
+
+
+DOCS = Path(__file__).parents[2] / "docs" / "how-to" / "sweep.md"
+
+
+def test_the_sweeps_in_the_docs_can_be_run(sweep_of):
+    examples = re.findall("```toml\n(.*?)```", DOCS.read_text(), re.DOTALL)
+    assert [len(jobs_of(sweep_of(content), TRAINER)) for content in examples] == [36, 60]
+
+
+def test_reading_a_sweep_loads_nothing_heavy():
+    code = (
+        "import sys, motorspace; before = {*sys.modules}\n"
+        "import motorspace.running.sweep_spec, motorspace.running.sweep_results\n"
+        "import motorspace.running.processes, motorspace.running.ray_cluster\n"
+        "heavy = {'jax', 'equinox', 'optax', 'numpy', 'scipy', 'ray'}\n"
+        "sys.exit(', '.join({*sys.modules} - before & heavy) or 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 def test_a_sweep_that_is_not_there_is_named(tmp_path):

@@ -17,6 +17,7 @@ from motorspace.running.jobs import Job, cell
 class ToyTraining:
     seed: int = 0
     epochs: int = 3
+    learning_rate: float = 6e-3
     seconds: float = 0.0
     fails: str = ""
 

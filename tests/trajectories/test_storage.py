@@ -29,8 +29,8 @@ def same(one: Trajectories, other: Trajectories) -> bool:
 
 def test_everything_comes_back(tmp_path):
     path = tmp_path / "some.safetensors"
-    save_trajectories(path, trajectories(), config=CONFIG)
-    loaded, config = load_trajectories(path)
+    save_trajectories(str(path), trajectories(), config=CONFIG)
+    loaded, config = load_trajectories(str(path))
     assert same(loaded, trajectories())
     assert not same(loaded, trajectories(1))
     assert config == CONFIG

@@ -8,12 +8,18 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from motorspace._errors import UserError
+
 POSE = ("x", "y", "theta")
 
 USED = re.compile(r"time|x|y|theta|(motor|sensor)s?([\s_./:\-\[(].*|\d+)?")
 """Names of columns that are read, without their case and their unit."""
 
 UNIT = re.compile(r"\s*[\[(](?!\d+[\])]$).*[\])]$")
+
+DECIMAL_COMMA = re.compile(r"[+-]?(\d*|\d{1,3}(\.\d{3})+),\d*([eE][+-]?\d+)?")
+GROUPED_BY_POINT = re.compile(r"[+-]?\d{1,3}(\.\d{3})+")
+GROUPED_BY_COMMA = re.compile(r"[+-]?\d{1,3}(,\d{3})+(\.\d*)?")
 
 MISSING = {"", "na", "n/a", "#n/a", "nan", "null", "none", "nil", "-", "--", "?", "<na>"}
 
@@ -43,6 +49,23 @@ def is_used(name: str) -> bool:
     return USED.fullmatch(name) is not None
 
 
+def check_names(names: list[str], *, where: object) -> None:
+    """Raise `UserError` unless the plain names of a table's columns are enough to learn from."""
+    used = [name for name in names if is_used(name)]
+    if not all(any(name.startswith(kind) for name in used) for kind in ("time", "motor", "sensor")):
+        raise UserError(
+            f"the columns are {', '.join(names[:12])}" + ", ..." * (len(names) > 12),
+            where=where,
+            remedy="a table needs time, at least one motor_* and at least one sensor_* column",
+        )
+    if repeated := sorted({name for name in used if used.count(name) > 1}):
+        raise UserError(
+            f"more than one column is named {', '.join(repeated)}",
+            where=where,
+            remedy="give every column its own name",
+        )
+
+
 def value(word: str) -> float | None:
     """The number in a cell with a decimal point; NaN if it is missing, None if it is no number."""
     word = word.strip()
@@ -54,12 +77,17 @@ def value(word: str) -> float | None:
         return TRUTH.get(word.lower())
 
 
-def with_point(word: str) -> str:
-    """A cell with a decimal comma as one with a decimal point, and no signs between its digits."""
-    comma, point = word.rfind(","), word.rfind(".")
-    if point > comma >= 0 or word.count(",") > 1:
+def with_point(word: str, *, comma: bool) -> str:
+    """A number in a cell with a decimal point, and without the signs that group its digits.
+
+    A comma, or with a decimal comma a point, that does not group three digits makes it no number.
+    """
+    word = word.strip()
+    if comma and (DECIMAL_COMMA.fullmatch(word) or GROUPED_BY_POINT.fullmatch(word)):
+        return word.replace(".", "").replace(",", ".")
+    if not comma and GROUPED_BY_COMMA.fullmatch(word):
         return word.replace(",", "")
-    return word.replace(".", "").replace(",", ".") if comma >= 0 else word
+    return f"{word} with a decimal point" if comma and "." in word else word
 
 
 def seconds(word: str) -> float | None:

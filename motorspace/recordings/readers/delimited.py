@@ -10,8 +10,10 @@ import numpy as np
 
 from motorspace._errors import UserError
 from motorspace.recordings.readers.columns import (
+    DECIMAL_COMMA,
     MISSING,
     Table,
+    check_names,
     is_used,
     plain_name,
     seconds,
@@ -44,6 +46,7 @@ def read_delimited(path: Path, *, separator: Separator, decimal: Decimal) -> Tab
     header = find_header(lines, separator)
     if header is None:
         raise UserError("the table is empty", where=path, remedy="begin with a row of names")
+    check_names(header.names, where=path)
     notes: list[str] = []
     rows, numbers = _rows(lines, header, notes, where=path)
     used = [index for index, name in enumerate(header.names) if is_used(name)]
@@ -61,7 +64,6 @@ def read_delimited(path: Path, *, separator: Separator, decimal: Decimal) -> Tab
         )
         for index in used
     }
-    _refuse_repeated([header.names[index] for index in used], where=path)
     ignored = [name or "without a name" for name in header.names if not is_used(name)]
     dated = any(seconds(row[index]) is not None for row in rows[:1] for index in used)
     return Table(columns, ignored, places, notes, dated)
@@ -93,7 +95,11 @@ def _header(number: int, line: str, separator: Separator) -> Header:
 
 
 def _split(line: str, sign: str) -> list[str]:
-    return line.split() if sign == " " else next(csv.reader([line], delimiter=sign), [])
+    return (
+        line.split()
+        if sign == " "
+        else next(csv.reader([line], delimiter=sign, skipinitialspace=True), [])
+    )
 
 
 def _rows(
@@ -132,7 +138,9 @@ def _cells(lines: list[str], header: Header, *, where: object) -> Iterator[tuple
         for number, line in enumerate(lines[below:], start=below + 1):
             yield number, line.split()
         return
-    reader = csv.reader(lines[below:], delimiter=header.separator)
+    reader = csv.reader(
+        lines[below:], delimiter=header.separator, skipinitialspace=True, strict=True
+    )
     try:
         for cells in reader:
             yield below + reader.line_num, cells
@@ -160,7 +168,8 @@ def _units(row: list[str], used: list[int]) -> str:
 
 
 def _is_text(word: str) -> bool:
-    return value(with_point(word)) is None and seconds(word) is None
+    numbers = [value(with_point(word, comma=comma)) for comma in (False, True)]
+    return numbers == [None, None] and seconds(word) is None
 
 
 def _decimal_comma(
@@ -170,9 +179,9 @@ def _decimal_comma(
     if decimal != "auto":
         return decimal == "comma"
     words = [row[index].strip() for row in rows for index in used]
-    comma = next((w for w in words if "," in w and value(with_point(w)) is not None), None)
-    point = next((w for w in words if "." in w and value(w) is not None), None)
-    if comma and point and comma.rfind(",") > comma.rfind("."):
+    comma = next((word for word in words if DECIMAL_COMMA.fullmatch(word)), None)
+    point = next((word for word in words if "." in word and value(word) is not None), None)
+    if comma and point:
         raise UserError(
             f"the decimal sign is not clear: there are {comma} and {point}",
             where=where,
@@ -183,7 +192,7 @@ def _decimal_comma(
 
 def _number(word: str, name: str, comma: bool, place: str) -> float:
     """The number in a cell, NaN where it is missing. Raises `UserError` for other words."""
-    found = value(with_point(word) if comma else word.replace(",", ""))
+    found = value(with_point(word, comma=comma))
     if found is None and name == "time":
         found = seconds(word)
     if found is None and name == "time":
@@ -195,12 +204,3 @@ def _number(word: str, name: str, comma: bool, place: str) -> float:
             remedy="correct it, or leave the cell empty: transitions that need it are left out",
         )
     return found
-
-
-def _refuse_repeated(names: list[str], *, where: object) -> None:
-    if repeated := sorted({name for name in names if names.count(name) > 1}):
-        raise UserError(
-            f"more than one column is named {', '.join(repeated)}",
-            where=where,
-            remedy="give every column its own name",
-        )

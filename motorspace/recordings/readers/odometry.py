@@ -89,7 +89,8 @@ def is_one_frame(track: Track) -> bool:
         return True
     across = np.diff(_after(track)) > 0
     if 2 * (~across).sum() < across.sum() or not across.any():
-        return bool(across.any()) and bool(_places(track)[1].mean() > 0.9)
+        between = _between(track)
+        return bool(between.any()) and bool(_places(track)[1][between].mean() > 0.9)
     odometry = track.pose[~track.scan]
     steps = se2.relative(odometry[:-1].T, odometry[1:].T)[:2].T
     length = np.hypot(*steps.T)
@@ -152,6 +153,13 @@ def _off_course(
     # Where two steps in a row have no scan between them, they say how straight the robot drives.
     limit = max(0.02, 3 * float(np.median(off[usual]))) if usual.any() else OFF_COURSE
     return np.concatenate([[False], across[1:] & ~across[:-1] & (off > limit)])
+
+
+def _between(track: Track) -> Bool[np.ndarray, " N"]:
+    """Whether each scan has odometry both before and after it."""
+    odometry = np.flatnonzero(~track.scan)
+    scans = np.flatnonzero(track.scan)
+    return (scans > odometry[0]) & (scans < odometry[-1]) if len(odometry) else scans < 0
 
 
 def _places(track: Track) -> tuple[Int[np.ndarray, " N"], Bool[np.ndarray, " N"]]:

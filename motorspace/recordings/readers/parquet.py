@@ -7,7 +7,14 @@ import numpy as np
 from jaxtyping import Float
 
 from motorspace._errors import UserError
-from motorspace.recordings.readers.columns import Table, is_used, plain_name, seconds, value
+from motorspace.recordings.readers.columns import (
+    Table,
+    check_names,
+    is_used,
+    plain_name,
+    seconds,
+    value,
+)
 
 PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 
@@ -32,6 +39,7 @@ def read_parquet(path: Path) -> Table:
             where=path,
             remedy="write it again",
         ) from None
+    check_names([plain_name(name) for name in table.column_names], where=path)
     columns: dict[str, Float[np.ndarray, " N"]] = {}
     ignored: list[str] = []
     notes: list[str] = []
@@ -40,14 +48,7 @@ def read_parquet(path: Path) -> Table:
         if not is_used(name):
             ignored.append(original)
             continue
-        found = _read(name, column, notes, where=path)
-        if repeated := sorted(found.keys() & columns.keys()):
-            raise UserError(
-                f"more than one column is named {', '.join(repeated)}",
-                where=path,
-                remedy="give every column its own name",
-            )
-        columns |= found
+        columns |= _read(name, column, notes, where=path)
     places = [f"{path}, row {row}" for row in range(table.num_rows)]
     return Table(columns, ignored, places, notes, any(note.startswith("time ") for note in notes))
 

@@ -68,13 +68,6 @@ class TableReader(AbstractReader):
         table = self._table(path)
         motors = [name for name in table.columns if name.startswith("motor")]
         sensors = [name for name in table.columns if name.startswith("sensor")]
-        if "time" not in table.columns or not motors or not sensors:
-            names = [*table.columns, *table.ignored]
-            raise UserError(
-                f"the columns are {', '.join(names[:12])}" + ", ..." * (len(names) > 12),
-                where=path,
-                remedy="a table needs time, at least one motor_* and at least one sensor_* column",
-            )
         if len(table.places) < 2:
             raise UserError(
                 f"the table holds {len(table.places)} rows",
@@ -108,7 +101,7 @@ class TableReader(AbstractReader):
             table = read_parquet(path)
         else:
             table = read_delimited(path, separator=self.separator, decimal=self.decimal)
-        if "time" in table.columns and not table.dated:
+        if not table.dated:
             table.columns["time"] = table.columns["time"] / PER_SECOND[self.time_unit]
         return table
 

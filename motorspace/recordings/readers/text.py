@@ -46,12 +46,12 @@ def read_bytes(path: Path, size: int = -1) -> bytes:
             file.seek(0)
             if not packed:
                 return file.read(size)
+            if size >= 0:
+                return zlib.decompressobj(zlib.MAX_WBITS | 16).decompress(file.read(size), size)
             with gzip.open(file) as unpacked:
-                while (left := size - len(found)) and (part := unpacked.read(_some(left))):
+                while part := unpacked.read(HEAD):
                     found += part
     except EOFError:
-        if size >= 0:
-            return bytes(found)
         raise UserError(
             "the gzip file is cut off",
             where=f"{path}, after line {found.count(10)}",
@@ -67,11 +67,6 @@ def read_bytes(path: Path, size: int = -1) -> bytes:
             f"the file cannot be read ({reason})", where=path, remedy="check it, or copy it again"
         ) from None
     return bytes(found)
-
-
-def _some(left: int) -> int:
-    """A part at a time: what was read before the end of a cut file is known."""
-    return HEAD if left < 0 else min(left, HEAD)
 
 
 def numbers(words: list[str], place: str) -> list[float]:
