@@ -20,21 +20,31 @@
     showbackground: true, backgroundcolor: ink("--pane"), gridcolor: ink("--line"),
   });
 
-  const layout = (data) => ({
+  // Equal units on all axes, with a diagonal of much the same length for thick and thin clouds.
+  const proportions = (data) => {
+    const extents = data.points.map((column) => Math.max(...column) - Math.min(...column));
+    const sides = extents.map((extent) => Math.max(0.15, extent / Math.max(...extents)));
+    const [x, y, z] = sides.map((side) => side * 1.55 / Math.hypot(...sides));
+    return { x, y, z };
+  };
+
+  const layout = (data, far) => ({
     margin: { l: 0, r: 0, t: 0, b: 0 },
     paper_bgcolor: "rgba(0,0,0,0)",
     font: { family: getComputedStyle(document.body).fontFamily, color: ink("--text") },
     uirevision: "kept",
     scene: {
       xaxis: axis(data.axes[0]), yaxis: axis(data.axes[1]), zaxis: axis(data.axes[2]),
-      aspectmode: "data", dragmode: "orbit",
-      camera: { eye: { x: 1.4, y: 1.4, z: 0.75 }, center: { x: 0, y: 0, z: -0.12 } },
+      aspectmode: "manual", aspectratio: proportions(data), dragmode: "orbit",
+      camera: { eye: { x: 1.15 * far, y: 1.15 * far, z: 0.65 * far }, center: { x: 0, y: 0, z: -0.08 } },
     },
   });
 
   const draw = (figure) => {
     const scene = figure.querySelector(".scene");
     const data = JSON.parse(figure.querySelector("script").textContent);
+    const narrow = scene.clientWidth < 560;
+    const far = Math.max(1, scene.clientHeight / scene.clientWidth);
     const buttons = [...figure.querySelectorAll("button")];
     const degrees = data.moved[2].map((turn) => (turn * 180 / Math.PI).toFixed(0));
     const cloud = {
@@ -44,11 +54,13 @@
       hovertemplate: "longitudinal %{customdata[0]}<br>lateral %{customdata[1]}"
         + "<br>orientation %{customdata[2]}°<extra></extra>",
       marker: {
-        size: 3, opacity: 0.9, line: { width: 0 },
+        size: narrow ? 2 : 3, opacity: 0.9, line: { width: 0 },
         color: data.moved[0], cmin: data.scales[0].low, cmax: data.scales[0].high,
         colorscale: data.scales[0].stops,
         colorbar: {
-          thickness: 10, len: 0.6, outlinewidth: 0, x: 1, xanchor: "right",
+          thickness: 10, outlinewidth: 0, ...(narrow
+            ? { orientation: "h", len: 0.8, x: 0.5, y: 0, yanchor: "bottom" }
+            : { len: 0.6, x: 1, xanchor: "right" }),
           title: { text: units[0], side: "top", font: { size: 12 } },
           tickvals: data.scales[0].ticks, ticktext: data.scales[0].names,
           tickfont: { size: 11 },
@@ -56,13 +68,13 @@
       },
     };
     const options = { responsive: true, displayModeBar: false, scrollZoom: false };
-    Plotly.newPlot(scene, [cloud], layout(data), options);
+    Plotly.newPlot(scene, [cloud], layout(data, far), options);
     buttons.forEach((button) => button.addEventListener("click", () => {
       buttons.forEach((other) => other.setAttribute("aria-pressed", String(other === button)));
       Plotly.restyle(scene, scale(data, Number(button.dataset.component)));
     }));
     dark.addEventListener("change", () => Plotly.relayout(scene, {
-      ...layout(data), "scene.camera": scene.layout.scene.camera,
+      ...layout(data, far), "scene.camera": scene.layout.scene.camera,
     }));
   };
 

@@ -6,6 +6,7 @@
     link.toggleAttribute("aria-current", current);
     if (current) link.parentElement.scrollTo({ left: link.offsetLeft - 80, behavior: "smooth" });
   });
+  if (links.length) mark(links[0].hash.slice(1));
   const seen = new IntersectionObserver((entries) => {
     const entry = entries.find((one) => one.isIntersecting);
     if (entry) mark(entry.target.id);

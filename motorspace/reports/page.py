@@ -5,6 +5,7 @@ It loads nothing from anywhere, and forbids the browser to.
 
 import base64
 import re
+import struct
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -24,7 +25,11 @@ POLICY = (
 """What the browser may load: nothing that is not in the page."""
 DOTS_PER_INCH = 150
 NUMERIC = re.compile(r"(yes|no|nan)?[-+\d.,e ±–%]*")
-"""Cells that stand to the right."""
+"""What cells of numbers look like."""
+SENTENCE = 50
+"""Cells with more characters are prose."""
+WIDE = 3.0
+"""Pictures that are wider for their height are scrolled on narrow screens."""
 
 
 @dataclass(frozen=True)
@@ -123,17 +128,14 @@ def _text(text: str) -> str:
     return "".join(f"<p>{part}</p>" for part in marked)
 
 
-def _picture(shown_picture: Picture) -> str:
-    dark = (
-        f'<source media="(prefers-color-scheme: dark)" srcset="{_data(shown_picture.dark)}">'
-        if shown_picture.dark
-        else ""
-    )
-    caption = escape(shown_picture.caption)
+def _picture(one: Picture) -> str:
+    caption, light = escape(one.caption), _data(one.light)
+    width, height = struct.unpack(">II", one.light[16:24])  # where every PNG file holds them
+    kinds = ["plain"] * (not one.dark) + ["wide"] * (width > WIDE * height)
+    dark = f'<source media="(prefers-color-scheme: dark)" srcset="{_data(one.dark)}">'
     return (
-        f"<figure{'' if dark else ' class=plain'}><picture>{dark}"
-        f'<img alt="{caption}" src="{_data(shown_picture.light)}"></picture>'
-        f"<figcaption>{caption}</figcaption></figure>"
+        f'<figure class="{" ".join(kinds)}"><picture>{dark if one.dark else ""}'
+        f'<img alt="{caption}" src="{light}"></picture><figcaption>{caption}</figcaption></figure>'
     )
 
 
@@ -141,10 +143,17 @@ def _data(content: bytes) -> str:
     return f"data:image/png;base64,{base64.b64encode(content).decode()}"
 
 
+def _kind(cells: Sequence[str]) -> str:
+    """The class of a column: numbers stand to the right, sentences need their width."""
+    if all(map(NUMERIC.fullmatch, cells)):
+        return ' class="number"'
+    return ' class="prose"' if max(map(len, cells)) > SENTENCE else ""
+
+
 def _table(rows: Sequence[Mapping[str, Any]]) -> str:
     columns = list(rows[0])
     cells = {c: [shown(row.get(c)) for row in rows] for c in columns}
-    align = {c: ' class="number"' * all(map(NUMERIC.fullmatch, cells[c])) for c in columns}
+    align = {c: _kind(cells[c]) for c in columns}
     head = "".join(f"<th{align[c]}>{escape(c)}</th>" for c in columns)
     body = "".join(
         "<tr>" + "".join(f"<td{align[c]}>{escape(cells[c][i])}</td>" for c in columns) + "</tr>"

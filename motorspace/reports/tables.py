@@ -140,12 +140,15 @@ def _exactly(value: float | None) -> str:
 
 
 def _with_half_width(found: Interval) -> str:
-    """Mean and half-width to one decimal place: three digits, of the half-width at least one."""
+    """The mean in three digits, and the half-width to the same place or in one digit."""
     mean, half = found.mean, found.half_width
     if max(abs(mean), half) < SMALL:
         return f"{_small(mean, DIGITS)} ± {_small(half, 1)}"
-    decimals = max(min(_decimals(mean, DIGITS), _decimals(half, 2)), _decimals(half, 1))
-    return f"{mean:,.{decimals}f} ± {half:,.{decimals}f}"
+    decimals = min(_decimals(mean, DIGITS), _decimals(half, 2))
+    if round(half, decimals) > 0:
+        return f"{mean:,.{decimals}f} ± {half:,.{decimals}f}"
+    fine = f"{half:.{_decimals(half, 1)}f}" if half > SMALL / 10 else _small(half, 1)
+    return f"{mean:,.{decimals}f} ± {fine}"
 
 
 def _decimals(value: float, digits: int) -> int:

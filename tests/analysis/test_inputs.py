@@ -24,7 +24,7 @@ def changed(array, row, column, value):
 WRONG = {
     "nan": (changed(CODES, 7, 2, np.nan), "the codes hold nan in row 7, column 2"),
     "infinite": (changed(CODES, 7, 2, -np.inf), "the codes hold -inf in row 7"),
-    "masked": (np.ma.masked_where(CODES == CODES[3, 1], CODES), "hold nan in row 3, column 1"),
+    "masked": (np.ma.masked_equal(CODES, CODES[3, 1]), "hold nan in row 3, column 1"),
     "lengths": (CODES[:-1], "there are 199 codes and 200 displacements"),
     "number": (np.float64(3.0), "the codes are a single number"),
     "row": (CODES[:, 0], r"the codes have the shape \(200,\).*shape \(N, 1\)"),

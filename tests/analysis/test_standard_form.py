@@ -1,4 +1,4 @@
-"""Codes that are matrices, with unit, body point and readout left to chance, brought to standard form."""
+"""Codes that are matrices: what chance has set in them, undone by a convention."""
 
 import math
 

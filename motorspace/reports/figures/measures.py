@@ -12,7 +12,9 @@ from typing import Any, Literal
 import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
+from matplotlib.axis import XAxis, YAxis
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from motorspace.analysis.measures import Measure, measure
 from motorspace.reports.figures.style import SERIES, ink, new_figure, styled
@@ -68,7 +70,7 @@ def curves_figure(
     across = min(len(grid), MOST_COLUMNS)
     down = -(-len(grid) // across)
     figure = new_figure(1.2 + 3.3 * across, 0.5 + 3.0 * down)
-    axes_of = figure.subplots(down, across, squeeze=False, sharey=bool(panels)).flat
+    axes_of = figure.subplots(down, across, squeeze=False, sharey=bool(panels)).ravel()
     for axes, (key, part) in zip(axes_of, grid, strict=False):
         chosen = [row for row in rows if not panels or row.get(panels) == part]
         known = measure(key)
@@ -78,7 +80,7 @@ def curves_figure(
         _frame(axes, known, targets.get(key))
         axes.set(title=_word(part) if panels else known.title)
         _scale(axes, axis)
-    for axes in list(axes_of)[len(grid) :]:
+    for axes in axes_of[len(grid) :]:
         axes.remove()
     if panels:
         figure.axes[0].set_ylabel(measure(measures[0]).title)
@@ -104,6 +106,7 @@ def changes_figure(rows: Sequence[Row], label: str, measures: Sequence[str]) -> 
         axes.plot(found["mean"], shown, "o", ms=5, color=SERIES[0])
         if known.log_scale:
             axes.set_xscale("log")
+            _label_logarithms(axes.xaxis, axes.get_xlim())
         if _near(known.perfect, axes.get_xlim(), known):
             axes.axvline(known.perfect or 0.0, color=ink("muted"), lw=0.8, ls=":")
         axes.set(title=known.title, yticks=range(len(rows)), yticklabels=[r[label] for r in rows])
@@ -155,7 +158,7 @@ def learning_figure(
         curves: {name: the mean squared error after each epoch}.
         references: {name: level}.
     """
-    figure = new_figure(9, 3.8)
+    figure = new_figure(11.5, 4.2)
     axes = figure.add_subplot()
     for name, values in curves.items():
         axes.plot(np.arange(1, len(values) + 1), values, label=name)
@@ -235,10 +238,19 @@ def _around(found: Mapping[str, Float[np.ndarray, " _"]]) -> Float[np.ndarray, "
 def _frame(axes: Axes, known: Measure, target: float | None) -> None:
     if known.log_scale:
         axes.set_yscale("log")
+        _label_logarithms(axes.yaxis, axes.get_ylim())
     if target is not None:
         axes.axhline(target, color=ink("text"), lw=0.8, ls="--")
     if _near(known.perfect, axes.get_ylim(), known):
         axes.axhline(known.perfect or 0.0, color=ink("muted"), lw=0.8, ls=":")
+
+
+def _label_logarithms(axis: XAxis | YAxis, limits: tuple[float, float]) -> None:
+    """Labels at 1, 2, 5 where less than two decades are shown; else those of matplotlib."""
+    if limits[1] < 100 * limits[0]:
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter(NullFormatter())
 
 
 def _near(value: float | None, limits: tuple[float, float], known: Measure) -> bool:
@@ -246,7 +258,7 @@ def _near(value: float | None, limits: tuple[float, float], known: Measure) -> b
     if value is None or (known.log_scale and value <= 0):
         return False
     room = 0.3 * (limits[1] - limits[0])
-    return known.log_scale or limits[0] - room <= value <= limits[1] + room
+    return bool(known.log_scale or limits[0] - room <= value <= limits[1] + room)
 
 
 def _scale(axes: Axes, axis: Axis) -> None:

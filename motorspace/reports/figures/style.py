@@ -77,7 +77,7 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
 
 
 @styled
-def new_figure(width: float, height: float) -> Figure:
+def new_figure(width: int | float, height: int | float) -> Figure:
     """Returns an empty figure of this size, in inches."""
     return Figure(figsize=(width, height), layout="constrained")
 
