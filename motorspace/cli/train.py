@@ -133,9 +133,12 @@ def _first_look(words: Sequence[str]) -> argparse.Namespace:
     parser = CommandParser(prog="motorspace train", add_help=False)
     _own_flags(parser)
     parser.add_argument("--import", dest="imports", action="append", default=[])
-    options, _ = parser.parse_known_args(list(words))
-    # A flag's value may look like an agent: only the first word can be one.
-    options.agent = words[0] if words and not words[0].startswith("-") else None
+    options, others = parser.parse_known_args(list(words))
+    # The value of a flag that is not known yet may stand where an agent may.
+    found = [options.agent, *others]
+    options.agent = next((word for word in found if word in AGENTS.names), None)
+    if options.agent is None and words and not words[0].startswith("-"):
+        options.agent = words[0]
     if options.data is not None and options.agent is not None:
         raise Usage(
             f"a log is not simulated, so no agent applies: {options.agent!r}",

@@ -39,6 +39,9 @@ class Recording:
     notes: tuple[str, ...] = ()
     """What a person should know before learning from it, a sentence each."""
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "sensor_scale", tuple(map(float, self.sensor_scale)))
+
     def __len__(self) -> int:
         return len(self.sensors)
 
