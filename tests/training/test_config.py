@@ -1,4 +1,4 @@
-"""A configuration is plain data: to JSON and back, one hash, and nothing out of range in it."""
+"""A configuration is plain data: to JSON and back, one hash, and nothing out of range."""
 
 import json
 import math
