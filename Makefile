@@ -1,11 +1,13 @@
 # Everything runs in .venv, which is made from Python alone.
 PYTHON ?= python3
 BIN := .venv/bin
+BASE := .venv/.base
 STAMP := .venv/.installed
+PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt --editable
 
 .PHONY: demo test test-slow lint format reproduce bench tables tutorials docs clean
 
-demo: $(STAMP)
+demo: $(BASE)
 	$(BIN)/motorspace demo --out demo
 
 test: lint
@@ -46,19 +48,23 @@ tutorials: $(STAMP)
 	$(BIN)/python -m docs.run_tutorials
 
 # The site in site/index.html. Broken links and missing references fail.
-docs: .venv/.docs
+docs: $(STAMP)
 	$(BIN)/python -m docs.drawings
 	$(BIN)/python -m docs.reference
 	$(BIN)/zensical build --strict --clean
 
 .venv/.docs: $(STAMP)
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[docs]'
+	$(PIP) '.[docs]'
 	touch $@
 
 clean:
 	rm -rf .venv .venv-bench demo build dist site
 
-$(STAMP): pyproject.toml constraints.txt
+$(STAMP): $(BASE)
+	$(PIP) '.[dev]'
+	touch $@
+
+$(BASE): pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[dev]'
+	$(PIP) .
 	touch $@

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from motorspace._errors import UserError
+from motorspace.cli.executors import add_executor_flags, executor_of
 from motorspace.cli.parsing import CommandParser, Usage, count, existing, note
 from motorspace.training import folder as run_folder
 from motorspace.training.config import RunConfig
@@ -31,6 +32,8 @@ OWN = (
     "resume",
     "seeds",
     "jobs",
+    "address",
+    "gpus",
     "tensorboard",
     "imports",
 )
@@ -116,13 +119,13 @@ def _own_flags(parser: CommandParser) -> None:
         metavar="N",
         help="Networks to train, one per seed, in folders seedN (default: 1).",
     )
-    add("--jobs", type=count, default=2, metavar="N", help="Networks trained at once (default: 2).")
     add(
         "--tensorboard",
         action="store_true",
         default=False,
         help="Also write scalars for TensorBoard.",
     )
+    add_executor_flags(parser)
 
 
 def _first_look(words: Sequence[str]) -> argparse.Namespace:
@@ -130,9 +133,12 @@ def _first_look(words: Sequence[str]) -> argparse.Namespace:
     parser = CommandParser(prog="motorspace train", add_help=False)
     _own_flags(parser)
     parser.add_argument("--import", dest="imports", action="append", default=[])
-    options, _ = parser.parse_known_args(list(words))
-    # A flag's value may look like an agent: only the first word can be one.
-    options.agent = words[0] if words and not words[0].startswith("-") else None
+    options, others = parser.parse_known_args(list(words))
+    # The value of a flag that is not known yet may stand where an agent may.
+    found = [options.agent, *others]
+    options.agent = next((word for word in found if word in AGENTS.names), None)
+    if options.agent is None and words and not words[0].startswith("-"):
+        options.agent = words[0]
     if options.data is not None and options.agent is not None:
         raise Usage(
             f"a log is not simulated, so no agent applies: {options.agent!r}",
@@ -206,8 +212,7 @@ def _train_seeds(config: RunConfig, folder: Path, options: argparse.Namespace) -
         config,
         folder,
         seeds=options.seeds,
-        processes=options.jobs,
+        executor=executor_of(options),
         resume=options.resume,
-        imports=options.imports,
         report=lambda line: print(line, flush=True),
     )

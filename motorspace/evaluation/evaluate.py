@@ -148,7 +148,7 @@ def _errors_and_codes(
         "prediction.error": mean_squared_error(run.predict(test), test.later_sensors),
         "prediction.persistence": persistence_error(test),
         "prediction.mean": mean_error(test, mean),
-        "prediction.num": len(test),
+        "prediction.num": float(len(test)),
     }
     return with_skill(errors) | {"code_variance": float(jnp.mean(jnp.var(codes, axis=0)))}, codes
 

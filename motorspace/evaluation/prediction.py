@@ -12,8 +12,8 @@ from motorspace.trajectories.transitions import Experience
 CHUNK_SIZE = 8000
 """Transitions measured at once; whoever draws as many shares the compiled sampler."""
 
-Metrics = dict[str, float]
-"""{key of a measure: number}."""
+Metrics = dict[str, float | int]
+"""{key of a measure: number}; counts are whole."""
 
 
 def mean_squared_error(predicted: Float[Array, "*N K"], true: Float[Array, "N K"]) -> float:
@@ -69,4 +69,4 @@ def prediction_errors(
         sums[2] += mean_error(batch, mean)
     names = ("prediction.error", "prediction.persistence", "prediction.mean")
     errors = {name: total / chunks for name, total in zip(names, sums, strict=True)}
-    return with_skill(errors | {"prediction.num": chunk * chunks})
+    return with_skill(errors | {"prediction.num": float(chunk * chunks)})

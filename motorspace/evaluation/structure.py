@@ -21,7 +21,6 @@ from motorspace.evaluation.prediction import Metrics
 from motorspace.evaluation.sampling import present_data
 from motorspace.evaluation.subject import (
     LENGTHS,
-    NUM_SEQUENCES,
     Codes,
     Subject,
     commands,
@@ -35,9 +34,6 @@ from motorspace.trajectories.commands import nominal
 from motorspace.trajectories.equivalent import EquivalentSequences, equivalent_sequences
 
 MEASURE_SEED = 3_000_017
-NUM_GROUPS = 100
-NUM_MEMBERS = 8
-NUM_COMPOSED = 4_000
 
 
 class Sampled(NamedTuple):
@@ -125,7 +121,7 @@ def values(report: Topology) -> Metrics:
 def sampled(subject: Subject, *, seed: int, subsets: int = 5) -> Sampled:
     """The report on the codes of fresh random sequences."""
     key = jax.random.key(MEASURE_SEED - 1 - seed)
-    motors = commands(subject, (NUM_SEQUENCES, subject.horizon), key=key)
+    motors = commands(subject, (subject.sizes.sequences, subject.horizon), key=key)
     codes, displacements = subject.encode(motors), nominal(subject.agent, motors)
     found = topology(codes, displacements, motors, subsets=subsets, seed=seed)
     return Sampled(codes, displacements, found)
@@ -152,7 +148,9 @@ def equivalence(subject: Subject, *, key: Key) -> Metrics:
     if "full_turns" in names:
         chosen = kinds == names.index("full_turns")
         total = 2 * float(codes.var(axis=0).sum())
-        metrics |= _by_turns(codes[chosen], turns[chosen], members=NUM_MEMBERS, total=total)
+        metrics |= _by_turns(
+            codes[chosen], turns[chosen], members=subject.sizes.members, total=total
+        )
     return metrics
 
 
@@ -161,9 +159,13 @@ def _equivalent(subject: Subject, *, key: Key) -> EquivalentSequences:
     agent, horizon = subject.agent, subject.horizon
     with suppress(UserError):
         return equivalent_sequences(
-            agent, num_groups=NUM_GROUPS, members=NUM_MEMBERS, horizon=horizon, key=key
+            agent,
+            num_groups=subject.sizes.groups,
+            members=subject.sizes.members,
+            horizon=horizon,
+            key=key,
         )
-    motors = commands(subject, (NUM_SEQUENCES, horizon), key=key)
+    motors = commands(subject, (subject.sizes.sequences, horizon), key=key)
     none = np.zeros(len(motors), int)
     groups = equal_rows(nominal(agent, motors))
     return EquivalentSequences(motors, groups, none, none, ())
@@ -187,7 +189,7 @@ def compositions(subject: Subject, *, key: Key) -> Metrics:
     if length == 0:
         return {}
     first, second = (
-        commands(subject, (NUM_COMPOSED, length), key=k) for k in jax.random.split(key)
+        commands(subject, (subject.sizes.composed, length), key=k) for k in jax.random.split(key)
     )
     both = encode(np.concatenate([first, second], axis=1))
     codes = encode(first)
@@ -207,18 +209,18 @@ def length_errors(subject: Subject, *, key: Key) -> Metrics:
 
     Returns:
         `length_error.translation.T` (root mean square, world units), `.orientation.T` (mean
-        absolute, degrees) and `.size.T`, the translation's own root mean square; `length_ratio`,
-        the translation's error at the longest length over that at six commands.
+        absolute, degrees) and `translation_size.T`, the translation's own root mean square;
+        `length_ratio`, the translation's error at the longest length over that at six commands.
     """
     encode, agent = subject.encode, subject.agent
     fit_key, test_key = jax.random.split(key)
-    motors = commands(subject, (NUM_SEQUENCES, subject.horizon), key=fit_key)
+    motors = commands(subject, (subject.sizes.sequences, subject.horizon), key=fit_key)
     points = displacement_coordinates(nominal(agent, motors), weight=1.0).points
     fitted = encode(motors)
     decode = linear_decoder(fitted, points)
     metrics: Metrics = {}
     for length in (n for n in LENGTHS if n <= subject.longest):
-        tested = commands(subject, (NUM_SEQUENCES // 2, length), key=test_key)
+        tested = commands(subject, (subject.sizes.sequences // 2, length), key=test_key)
         codes = encode(tested)
         if codes.shape[1] != fitted.shape[1]:
             return {}
@@ -228,7 +230,7 @@ def length_errors(subject: Subject, *, key: Key) -> Metrics:
         metrics |= {
             f"length_error.translation.{length}": float(off),
             f"length_error.orientation.{length}": circular_error(angles, true[:, 2]),
-            f"length_error.size.{length}": float((true[:, :2] ** 2).sum(axis=1).mean() ** 0.5),
+            f"translation_size.{length}": float((true[:, :2] ** 2).sum(axis=1).mean() ** 0.5),
         }
     longest, base = (f"length_error.translation.{n}" for n in (LENGTHS[-1], 6))
     ratio = {"length_ratio": metrics[longest] / metrics[base]} if longest in metrics else {}

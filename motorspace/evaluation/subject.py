@@ -23,8 +23,17 @@ Codes = Float[np.ndarray, "N _"]
 Encode = Callable[[Motors], Codes]
 """From N motor sequences of any one length to their codes."""
 
-NUM_SEQUENCES = 10_000
 LENGTHS = (1, 2, 3, 6, 12, 24)
+
+
+class Sizes(NamedTuple):
+    """How many sequences are measured."""
+
+    sequences: int = 10_000
+    groups: int = 100
+    """Groups of equivalent sequences of each kind."""
+    members: int = 8
+    composed: int = 4_000
 
 
 class Subject(NamedTuple):
@@ -36,6 +45,7 @@ class Subject(NamedTuple):
     """Commands of the sequences that it was trained on."""
     longest: int = LENGTHS[-1]
     """Commands of the longest sequences that it encodes."""
+    sizes: Sizes = Sizes()
 
 
 def subject_of(run: Run, *, standard: bool = False) -> Subject:
@@ -50,11 +60,8 @@ def subject_of(run: Run, *, standard: bool = False) -> Subject:
     agent = data.scenario().agent
     encode = encoder_of(_with_derived_motors(run, agent), longest=longest)
     if standard:
-        drawn = commands(
-            Subject(encode, agent, 1),
-            (NUM_SEQUENCES, 1),
-            key=jax.random.key(run.config.training.seed),
-        )
+        single, key = Subject(encode, agent, horizon=1), jax.random.key(run.config.training.seed)
+        drawn = commands(single, (single.sizes.sequences, 1), key=key)
         in_standard_form, plain = standard_form_of(run, drawn[:, 0]), encode
         encode = lambda motors: in_standard_form(plain(motors))  # noqa: E731
     return Subject(encode, agent, data.horizon, longest)
@@ -99,9 +106,9 @@ def _given_displacements(run: Run) -> bool:
 
 
 def commands(subject: Subject, shape: tuple[int, int], *, key: Key) -> Motors:
-    """Commands as the agent explores with, walls aside: [*shape, M], at most `NUM_SEQUENCES`."""
+    """Random commands of the agent, [*shape, M]; at most `sizes.sequences` sequences."""
     num, length = shape
-    keys = jax.random.split(key, (NUM_SEQUENCES, max(length, LENGTHS[-1])))
+    keys = jax.random.split(key, (subject.sizes.sequences, max(length, LENGTHS[-1])))
     return np.asarray(random_commands(subject.agent, keys))[:num, :length]
 
 
