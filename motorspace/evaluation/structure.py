@@ -13,7 +13,6 @@ from motorspace.analysis import composition
 from motorspace.analysis.circle import circular_error
 from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.analysis.equivalence import equal_rows, equivalence_auc, equivalence_ratio
-from motorspace.analysis.inputs import CollapsedCodesError
 from motorspace.analysis.probes import linear_decoder
 from motorspace.analysis.topology import Topology, topology
 from motorspace.evaluation.evaluate import evaluate
@@ -244,5 +243,5 @@ def evaluate_with_structure(run: Run, *, num: int = 100_000, seed: int = 0) -> M
         return metrics
     try:
         return metrics | values(run_topology(run, seed=seed).topology)
-    except CollapsedCodesError:
+    except UserError:  # the codes have collapsed, or a log holds no poses
         return metrics
