@@ -23,7 +23,7 @@ from motorspace.trajectories.transitions import Experience, ExperienceSource, Tr
 
 SPLIT_SEED = 0
 
-ROUNDING = 1e-6
+ROUNDING = 1e-5
 """Spread of a command that does not vary, relative to its magnitude."""
 
 Draw = Callable[[Key, Count], Trajectories]
