@@ -44,7 +44,7 @@ def test_the_topology_of_a_run_and_of_anybodys_codes(tmp_path, capsys):
     told = capsys.readouterr().out
     assert "normalised D_topo" in told and f"open {page}" in told
     assert page.read_text().startswith("<!doctype html>")
-    assert "How codes in standard form are organised" in page.read_text()
+    assert "How the structure of codes in standard form follows" in page.read_text()
     random = np.random.default_rng(0)
     displacements = random.normal(size=(300, 3))
     np.save(tmp_path / "codes.npy", displacements @ random.normal(size=(3, 5)))

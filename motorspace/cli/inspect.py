@@ -14,13 +14,14 @@ def configure(parser: CommandParser, words: Sequence[str]) -> None:
     add("file", type=existing, metavar="LOG", help="A log (CARMEN, or a table as CSV or Parquet).")
     add("--reader", default=None, metavar="READER", help="The reader of the log.")
     add("--json", action="store_true", default=False, help="Print the description as JSON.")
-    log = next((word for word in words if not word.startswith("-")), None)
+    after = {flag: value for flag, value in itertools.pairwise(words) if flag.startswith("--")}
+    values = [after.get("--import"), after.get("--reader")]
+    log = next((w for w in words if not w.startswith("-") and w not in values), None)
     if log is None:
         return
     from motorspace.recordings.catalog import READERS, reader_for
 
-    named = [after for word, after in itertools.pairwise(words) if word == "--reader"]
-    kind = named[0] if named else reader_for(existing(log))
+    kind = after.get("--reader") or reader_for(existing(log))
     parser.add_parameters(f"reader {kind}", READERS.parameters(kind))
 
 

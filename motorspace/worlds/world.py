@@ -35,6 +35,8 @@ class Drawing(NamedTuple):
     """Nodes."""
     pointer: float
     """Length of the line from an agent that shows where it looks."""
+    solids: tuple[Float[np.ndarray, "_ 2"], ...] = ()
+    """Corners of each closed obstacle."""
 
 
 class AbstractWorld(eqx.Module):
@@ -104,7 +106,13 @@ class WalledWorld(AbstractWorld):
         return Pose(x, y, heading, jnp.zeros_like(x))
 
     def drawing(self) -> Drawing:
-        return Drawing(self.bounds, np.asarray(self.walls), np.zeros((0, 2)), pointer=1.5)
+        solids, corners, start = np.asarray(self.solids), [], 0
+        for stop in range(1, len(solids) + 1):
+            # A polygon's edges follow each other and end where they began.
+            if np.array_equal(solids[stop - 1, 1], solids[start, 0]):
+                corners.append(solids[start:stop, 0])
+                start = stop
+        return Drawing(self.bounds, np.asarray(self.walls), np.zeros((0, 2)), 1.5, tuple(corners))
 
     def free(self, pose: Pose) -> Flags:
         x_low, y_low, x_high, y_high = self.bounds
