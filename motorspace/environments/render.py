@@ -15,7 +15,7 @@ Image = UInt8[np.ndarray, "H W 3"]
 def render(scenario: Scenario, pose: Pose) -> Image:
     """A fresh picture of the world, the agent, its gaze and what it senses."""
     image = np.full((SIZE, SIZE, 3), PAPER, np.uint8)
-    bounds, lines, points, pointer = scenario.world.drawing()
+    bounds, lines, points, pointer, _ = scenario.world.drawing()
     for ray in scenario.sensor.rays(scenario.world, pose):
         _line(image, bounds, ray, RAY)
     for wall in lines:

@@ -65,7 +65,7 @@ class Section:
     facts: Sequence[tuple[str, Any]] = ()
     """The few numbers that matter, large: (what it is, value)."""
     rows: Sequence[Mapping[str, Any]] = ()
-    """A table; the first row's keys are the columns."""
+    """A table; the first row's keys are the columns, and cells may hold `code` as well."""
     views: Sequence[View] = ()
     pictures: Sequence[Picture] = ()
 
@@ -123,9 +123,12 @@ def _section(section: Section, name: str) -> str:
 
 
 def _text(text: str) -> str:
-    paragraphs = [escape(part) for part in text.split("\n\n") if part.strip()]
-    marked = (re.sub("`([^`]+)`", r"<code>\1</code>", part) for part in paragraphs)
-    return "".join(f"<p>{part}</p>" for part in marked)
+    return "".join(f"<p>{_marked(part)}</p>" for part in text.split("\n\n") if part.strip())
+
+
+def _marked(text: str) -> str:
+    """The text for a page, with `code` between backticks."""
+    return re.sub("`([^`]+)`", r"<code>\1</code>", escape(text))
 
 
 def _picture(one: Picture) -> str:
@@ -156,7 +159,7 @@ def _table(rows: Sequence[Mapping[str, Any]]) -> str:
     align = {c: _kind(cells[c]) for c in columns}
     head = "".join(f"<th{align[c]}>{escape(c)}</th>" for c in columns)
     body = "".join(
-        "<tr>" + "".join(f"<td{align[c]}>{escape(cells[c][i])}</td>" for c in columns) + "</tr>"
+        "<tr>" + "".join(f"<td{align[c]}>{_marked(cells[c][i])}</td>" for c in columns) + "</tr>"
         for i in range(len(rows))
     )
     table = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"

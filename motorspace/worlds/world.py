@@ -35,6 +35,8 @@ class Drawing(NamedTuple):
     """Nodes."""
     pointer: float
     """Length of the line from an agent that shows where it looks."""
+    areas: tuple[Float[np.ndarray, "_ 2"], ...] = ()
+    """Solids: the corners of each."""
 
 
 class AbstractWorld(eqx.Module):
@@ -75,6 +77,16 @@ def _float32(values: Any) -> Array:
     return jnp.asarray(values, jnp.float32)
 
 
+def _areas(solids: Walls) -> tuple[Float[np.ndarray, "_ 2"], ...]:
+    """The corners of each solid, whose edges follow each other and end where they began."""
+    edges, areas, first = np.asarray(solids), [], 0
+    for after in range(1, len(edges) + 1):
+        if np.array_equal(edges[after - 1, 1], edges[first, 0]):
+            areas.append(edges[first:after, 0])
+            first = after
+    return tuple(areas)
+
+
 class WalledWorld(AbstractWorld):
     """A rectangle with walls: the paper's continuous world.
 
@@ -104,7 +116,8 @@ class WalledWorld(AbstractWorld):
         return Pose(x, y, heading, jnp.zeros_like(x))
 
     def drawing(self) -> Drawing:
-        return Drawing(self.bounds, np.asarray(self.walls), np.zeros((0, 2)), pointer=1.5)
+        walls, nodes = np.asarray(self.walls), np.zeros((0, 2))
+        return Drawing(self.bounds, walls, nodes, pointer=1.5, areas=_areas(self.solids))
 
     def free(self, pose: Pose) -> Flags:
         x_low, y_low, x_high, y_high = self.bounds

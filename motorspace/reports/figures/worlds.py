@@ -1,22 +1,23 @@
 """Pictures of worlds, of what agents sense there, and of where they go."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from motorspace._types import Pose
 from motorspace.reports.figures.style import SERIES, ink, new_figure, styled
-
-Segments = Float[np.ndarray, "S 2 2"]
+from motorspace.worlds.sensors.base import AbstractSensor
+from motorspace.worlds.world import AbstractWorld
 
 
 @styled
-def world_figure(world: Any, poses: Sequence[Pose] = (), sensor: Any = None) -> Figure:
+def world_figure(
+    world: AbstractWorld, poses: Sequence[Pose] = (), sensor: AbstractSensor[Any] | None = None
+) -> Figure:
     """Returns a picture of a world, with agents and what their sensor's rays meet.
 
     Args:
@@ -26,19 +27,20 @@ def world_figure(world: Any, poses: Sequence[Pose] = (), sensor: Any = None) -> 
     """
     figure = new_figure(6, 6)
     axes = figure.add_subplot()
-    _draw_world(axes, world)
+    pointer = _draw_world(axes, world)
     for pose in poses:
-        rays = np.zeros((0, 2, 2)) if sensor is None else rays_of(sensor, world, pose)
+        rays = np.zeros((0, 2, 2)) if sensor is None else sensor.rays(world, pose)
         axes.add_collection(LineCollection(list(rays), colors=SERIES[1], linewidths=0.9))
         axes.scatter(rays[:, 1, 0], rays[:, 1, 1], s=10, color=SERIES[1], zorder=3, linewidths=0)
         x, y, gaze = float(pose.x), float(pose.y), float(pose.gaze)
         axes.scatter([x], [y], s=55, color=SERIES[0], zorder=4, linewidths=0)
-        axes.plot([x, x + np.cos(gaze)], [y, y + np.sin(gaze)], color=ink("text"), zorder=5)
+        ahead = (x + pointer * np.cos(gaze), y + pointer * np.sin(gaze))
+        axes.plot(*zip((x, y), ahead, strict=True), color=ink("text"), zorder=5)
     return figure
 
 
 @styled
-def trajectories_figure(world: Any, paths: Sequence[Pose]) -> Figure:
+def trajectories_figure(world: AbstractWorld, paths: Sequence[Pose]) -> Figure:
     """Returns a picture of trajectories: the position and the gaze at every step.
 
     Args:
@@ -62,7 +64,7 @@ def trajectories_figure(world: Any, paths: Sequence[Pose]) -> Figure:
 
 
 @styled
-def layouts_figure(worlds: Mapping[str, Any]) -> Figure:
+def layouts_figure(worlds: Mapping[str, AbstractWorld]) -> Figure:
     """Returns a picture of worlds side by side, each under its name."""
     figure = new_figure(3.1 * len(worlds), 3.3)
     panels = figure.subplots(1, len(worlds), squeeze=False)[0]
@@ -72,41 +74,13 @@ def layouts_figure(worlds: Mapping[str, Any]) -> Figure:
     return figure
 
 
-class Drawing(NamedTuple):
-    """What of a world is drawn."""
-
-    segments: Segments
-    polygons: list[Float[np.ndarray, "_ 2"]]
-    bounds: tuple[float, float, float, float]
-    """x low, y low, x high, y high; world units."""
-
-
-def drawing_of(world: Any) -> Drawing:
-    """Returns the walls of a world, and its solids as closed polygons."""
-    solids, polygons, start = np.asarray(world.solids), [], 0
-    for stop in range(1, len(solids) + 1):
-        # A polygon's edges follow each other and end where they began.
-        if np.array_equal(solids[stop - 1, 1], solids[start, 0]):
-            polygons.append(solids[start:stop, 0])
-            start = stop
-    return Drawing(np.asarray(world.walls), polygons, world.bounds)
-
-
-def rays_of(sensor: Any, world: Any, pose: Pose) -> Segments:
-    """Returns the rays of a sensor at one pose, from the agent to what they meet."""
-    half, count = sensor.field_of_view / 2, sensor.num_rays
-    angles = float(pose.gaze) + np.linspace(-half, half, count)
-    ranges = np.asarray(sensor.sense(world, pose))[:count]
-    here = np.array([float(pose.x), float(pose.y)])
-    ends = here + ranges[:, None] * np.stack([np.cos(angles), np.sin(angles)], -1)
-    return np.stack([np.broadcast_to(here, ends.shape), ends], axis=1)
-
-
-def _draw_world(axes: Axes, world: Any) -> None:
-    segments, polygons, (x_low, y_low, x_high, y_high) = drawing_of(world)
-    axes.add_collection(LineCollection(list(segments), colors=ink("text"), linewidths=1.8))
-    for polygon in polygons:
-        axes.fill(*polygon.T, color=ink("grid"))
+def _draw_world(axes: Axes, world: AbstractWorld) -> float:
+    """Draws what a world shows; returns the length of a line that shows where an agent looks."""
+    (x_low, y_low, x_high, y_high), lines, points, pointer, areas = world.drawing()
+    axes.add_collection(LineCollection(list(lines), colors=ink("text"), linewidths=1.8))
+    axes.scatter(points[:, 0], points[:, 1], s=12, color=ink("muted"), linewidths=0)
+    for corners in areas:
+        axes.fill(*corners.T, color=ink("grid"))
     margin = 0.02 * (x_high - x_low)
     axes.set(
         xlim=(x_low - margin, x_high + margin),
@@ -115,3 +89,4 @@ def _draw_world(axes: Axes, world: Any) -> None:
     )
     axes.grid(False)
     axes.spines[:].set_visible(False)
+    return pointer
