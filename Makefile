@@ -1,11 +1,13 @@
 # Everything runs in .venv, which is made from Python alone.
 PYTHON ?= python3
 BIN := .venv/bin
+BASE := .venv/.base
 STAMP := .venv/.installed
+PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt --editable
 
-.PHONY: demo test test-slow lint format reproduce bench tables clean
+.PHONY: demo test test-slow lint format reproduce bench tables tutorials docs clean
 
-demo: $(STAMP)
+demo: $(BASE)
 	$(BIN)/motorspace demo --out demo
 
 test: lint
@@ -41,10 +43,28 @@ bench: .venv-bench/.installed
 tables: $(STAMP)
 	$(BIN)/python -m docs.tables
 
-clean:
-	rm -rf .venv .venv-bench demo build dist
+# The pages of the tutorials: text, code, what it prints and draws. Takes some ten minutes.
+tutorials: $(STAMP)
+	$(BIN)/python -m docs.run_tutorials
 
-$(STAMP): pyproject.toml constraints.txt
+# The site in site/index.html. Broken links and missing references fail.
+docs: .venv/.docs
+	$(BIN)/python -m docs.drawings
+	$(BIN)/python -m docs.reference
+	$(BIN)/zensical build --strict --clean
+
+.venv/.docs: $(STAMP)
+	$(PIP) '.[docs]'
+	touch $@
+
+clean:
+	rm -rf .venv .venv-bench demo build dist site
+
+$(STAMP): $(BASE)
+	$(PIP) '.[dev]'
+	touch $@
+
+$(BASE): pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[dev]'
+	$(PIP) .
 	touch $@

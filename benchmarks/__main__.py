@@ -14,7 +14,7 @@ from benchmarks.harness import MOST_FOREIGN_LOAD, Launch
 from motorspace._files import write_json
 
 LAUNCHES, ATTEMPTS = 3, 6
-OUT = Path("results/performance")
+OUT = Path("results")
 SUITES = [
     ("sensing", 1, {}),
     ("sensing", 2, {}),

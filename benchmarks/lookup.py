@@ -21,7 +21,10 @@ from benchmarks.sensing import (
     motorspace,
     scattered,
 )
-from motorspace import Pose, RangeFan, WalledWorld, layout
+from motorspace._types import Pose
+from motorspace.worlds.layouts import layout
+from motorspace.worlds.sensors.range_fan import RangeFan
+from motorspace.worlds.world import WalledWorld
 
 CELL, NUM_ANGLES = 0.05, 108
 """World units of a cell, and directions in a turn, of the tables."""

@@ -8,8 +8,9 @@ import jax
 import jax.numpy as jnp
 
 from benchmarks.harness import Contender, Launch, report, take_turns
-from motorspace import RangeFan, WalledWorld
 from motorspace.worlds.rooms import random_rooms
+from motorspace.worlds.sensors.range_fan import RangeFan
+from motorspace.worlds.world import WalledWorld
 
 NUM_POSES, NUM_WALLS = 16_384, 10_000
 SIDE = 800.0

@@ -6,7 +6,6 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
-from dataclasses import replace
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -20,21 +19,20 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from benchmarks.__main__ import OUT, machine
 from benchmarks.harness import best_seconds
 from benchmarks.whole_table import side_by_side
-from motorspace import (
-    Pose,
-    RangeFan,
-    RunConfig,
-    WalledWorld,
-    fresh_experience,
-    layout,
-    simulation_scaling,
-)
 from motorspace._files import write_json
-from motorspace.experiments.paper import FORWARD
-from motorspace.training.fit import init, train_epoch, train_epoch_together
+from motorspace._types import Pose
+from motorspace.training.config import RunConfig
+from motorspace.training.fit import horizon_of, init, train_epoch, train_epoch_together
+from motorspace.training.settings import changed
+from motorspace.training.sources import simulation_scaling, source_of
 from motorspace.trajectories.sampling import CHUNK_SIZE, SamplingPlan, simulate
+from motorspace.worlds.layouts import layout
 from motorspace.worlds.rooms import random_rooms
 from motorspace.worlds.scenario import Scenario
+from motorspace.worlds.sensors.range_fan import RangeFan
+from motorspace.worlds.world import WalledWorld
+
+FORWARD = RunConfig()
 
 ONE_THREAD = "--xla_cpu_multi_thread_eigen=false"
 PICTURE = Path("docs/pictures/scaling.png")
@@ -102,10 +100,8 @@ def by_batch() -> Iterator[dict[str, Any]]:
 def by_units() -> Iterator[dict[str, Any]]:
     """Units of the recurrent layer; the code has half as many, a layer of the predictor twice."""
     for units in (25, 50, 100, 200, 400):
-        model = replace(
-            FORWARD.model, hidden_size=units, code_size=units // 2, width_size=2 * units
-        )
-        yield updates("units", units, replace(FORWARD, model=model), 100)
+        sizes = {"hidden_size": units, "code_size": units // 2, "width_size": 2 * units}
+        yield updates("units", units, changed(FORWARD, sizes), 100)
 
 
 def by_cores() -> Iterator[dict[str, Any]]:
@@ -135,21 +131,21 @@ def on_cores(what: str, cores: int) -> list[dict[str, Any]]:
 
 def work() -> Iterator[dict[str, Any]]:
     yield scans("cores, scan", 0, layout("paper"), RangeFan(), NUM_POSES)
-    yield trajectories(FORWARD.simulation.horizon, CHUNK_SIZE) | {"what": "cores, trajectory"}
+    yield trajectories(FORWARD.data.horizon, CHUNK_SIZE) | {"what": "cores, trajectory"}
     for batch in (100, 1_000):
         yield updates(f"cores, sample in batches of {batch:,}", 0, FORWARD, batch)
 
 
 def seeds_together() -> Iterator[dict[str, Any]]:
-    config = replace(FORWARD, training=replace(FORWARD.training, curriculum=0.0))
-    source, scaling = fresh_experience(config), simulation_scaling(config)
-    state = init(config.training, config.model, scaling, horizon=config.simulation.horizon)
+    config = changed(FORWARD, {"curriculum": 0.0})
+    data = source_of(config)
+    state = init(config, data.scaling, horizon=horizon_of(data.experience))
     for num in (1, 2, 4, 8):
         repeated = jax.tree.map(
             lambda leaf, num=num: jnp.stack([leaf] * num) if eqx.is_array(leaf) else leaf, state
         )
         keys = jax.random.split(jax.random.key(0), num)
-        given = repeated, source, config.training, config.model
+        given = repeated, data.experience, config.training
         trained = train_epoch_together.lower(*given, keys=keys).compile()
         seconds = best_seconds(
             lambda: jax.block_until_ready(trained(*given, keys=keys)),  # noqa: B023
@@ -166,12 +162,11 @@ CORES = os.cpu_count() or 1
 def updates(what: str, value: int, config: RunConfig, batch: int) -> dict[str, Any]:
     """A few updates on the same transitions, for each of them."""
     num = max(NUM_UPDATES, 200 // batch) * batch
-    size = replace(config.training, trajectories_per_epoch=num, batch_size=batch, curriculum=0.0)
-    config = replace(config, training=size)
-    data = jax.jit(fresh_experience(config))(jax.random.key(0), jnp.array(0))
-    horizon = config.simulation.horizon
-    state = init(config.training, config.model, simulation_scaling(config), horizon=horizon)
-    given, key = (state, data, config.training, config.model), jax.random.key(0)
+    size = {"trajectories_per_epoch": num, "batch_size": batch, "curriculum": 0.0}
+    config = changed(config, size)
+    data = jax.jit(source_of(config).experience)(jax.random.key(0), jnp.array(0))
+    state = init(config, simulation_scaling(config), horizon=config.data.horizon)
+    given, key = (state, data, config.training), jax.random.key(0)
     trained = train_epoch.lower(*given, key=key).compile()
     seconds = best_seconds(lambda: jax.block_until_ready(trained(*given, key=key)), seconds=2.0)
     return row(what, value, seconds / num, memory(trained.compiled) / num)

@@ -8,7 +8,10 @@ import jax
 import numpy as np
 
 from benchmarks.harness import Contender, Launch, report, take_turns
-from motorspace import Pose, RangeFan, WalledWorld, layout
+from motorspace._types import Pose
+from motorspace.worlds.layouts import layout
+from motorspace.worlds.sensors.range_fan import RangeFan
+from motorspace.worlds.world import WalledWorld
 
 LAYOUT = "benchmarks/w12.layout"
 NUM_POSES, NUM_RAYS, MAX_RANGE = 16_384, 9, 10.0

@@ -1,7 +1,6 @@
 """A system of the paper: 2,000 fresh trajectories, then 20 updates of 100, again and again."""
 
 import os
-from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -13,19 +12,18 @@ from benchmarks.sampling import motorspace
 from benchmarks.sensing import LAYOUT
 from benchmarks.training import Fused, Paper, Unrolled, pytorch
 from benchmarks.trajectories import vmas
-from motorspace import RunConfig, WalledWorld, fresh_experience, layout
-from motorspace.experiments.paper import FORWARD
+from motorspace.training.config import RunConfig
+from motorspace.training.settings import changed
+from motorspace.training.sources import source_of
+from motorspace.worlds.layouts import layout
+from motorspace.worlds.world import WalledWorld
 
 
 def main() -> None:
     """Ours, and PyTorch's two ways on trajectories of the fastest peer simulator, VMAS."""
     threads, world = int(os.environ["BENCHMARK_THREADS"]), layout(LAYOUT)
     torch.set_num_threads(threads)
-    config = replace(
-        FORWARD,
-        simulation=replace(FORWARD.simulation, layout=LAYOUT),
-        training=replace(FORWARD.training, curriculum=0.0),
-    )
+    config = changed(RunConfig(), {"layout": LAYOUT, "curriculum": 0.0})
     contenders = [
         motorspace(config),
         with_vmas("VMAS and nn.LSTM", Fused(), world, config),
@@ -39,7 +37,7 @@ def main() -> None:
 def with_vmas(name: str, network: Paper, world: WalledWorld, config: RunConfig) -> Contender:
     """What VMAS's epoch costs, then an epoch of updates on transitions of ours, alike in shape."""
     num, batch = config.training.trajectories_per_epoch, config.training.batch_size
-    data = jax.jit(fresh_experience(config))(jax.random.key(0), jnp.array(0))
+    data = jax.jit(source_of(config).experience)(jax.random.key(0), jnp.array(0))
     drawing = vmas(world, num)
     updates = pytorch(name, network, data, batch)
 

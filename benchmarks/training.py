@@ -2,7 +2,6 @@
 
 import itertools
 import os
-from dataclasses import replace
 
 import jax
 import numpy as np
@@ -11,9 +10,11 @@ from torch import nn
 
 from benchmarks.harness import Contender, Launch, report, take_turns
 from benchmarks.roofline import fma_peak
-from motorspace import Experience, fresh_experience, simulation_scaling
-from motorspace.experiments.paper import FORWARD
+from motorspace.training.config import RunConfig
 from motorspace.training.fit import init, train_epoch
+from motorspace.training.settings import changed
+from motorspace.training.sources import simulation_scaling, source_of
+from motorspace.trajectories.transitions import Experience
 
 UPDATES = 10
 
@@ -22,9 +23,9 @@ def main() -> None:
     """Ours and both of PyTorch's ways, on the same transitions."""
     threads, batch = int(os.environ["BENCHMARK_THREADS"]), int(os.environ["BENCHMARK_BATCH"])
     torch.set_num_threads(threads)
-    epoch = replace(FORWARD.training, trajectories_per_epoch=UPDATES * batch, batch_size=batch)
-    config = replace(FORWARD, training=replace(epoch, curriculum=0.0))
-    data = jax.jit(fresh_experience(config))(jax.random.key(0), 1)
+    epoch = {"trajectories_per_epoch": UPDATES * batch, "batch_size": batch, "curriculum": 0.0}
+    config = changed(RunConfig(), epoch)
+    data = jax.jit(source_of(config).experience)(jax.random.key(0), 1)
     contenders = [
         motorspace(config, data),
         pytorch("nn.LSTM, fused Adam", Fused(), data, batch),
@@ -35,12 +36,12 @@ def main() -> None:
     report(Launch(f"training, batch {batch}", "samples", threads, rates, first, {}, foreign))
 
 
-def motorspace(config, data: Experience) -> Contender:
-    state = init(config.training, config.model, simulation_scaling(config), horizon=6)
+def motorspace(config: RunConfig, data: Experience) -> Contender:
+    state = init(config, simulation_scaling(config), horizon=6)
     key = jax.random.key(0)
 
     def run() -> None:
-        jax.block_until_ready(train_epoch(state, data, config.training, config.model, key=key))
+        jax.block_until_ready(train_epoch(state, data, config.training, key=key))
 
     return Contender("motorspace", run, len(data))
 

@@ -13,7 +13,12 @@ import torch
 from benchmarks.harness import Contender, Launch, report, take_turns
 from benchmarks.roofline import compiled
 from benchmarks.sensing import FAN, LAYOUT, MAX_RANGE, NUM_RAYS, vmas_world
-from motorspace import ForwardAgent, RangeFan, Scenario, WalledWorld, layout, sample
+from motorspace.trajectories.sampling import sample
+from motorspace.worlds.agents import ForwardAgent
+from motorspace.worlds.layouts import layout
+from motorspace.worlds.scenario import Scenario
+from motorspace.worlds.sensors.range_fan import RangeFan
+from motorspace.worlds.world import WalledWorld
 
 NUM, HORIZON = 65_536, 6
 BATCHES = (1_024, 8_192)

@@ -15,14 +15,14 @@ SAMPLES = 12 * 5000 * 2000
 ONE_RUN = """
 import os, sys, time
 os.sched_setaffinity(0, {int(sys.argv[3])})
-from dataclasses import replace
-from motorspace import fresh_experience, simulation_scaling, train
-from motorspace.experiments.paper import PRESETS
+from motorspace.training.config import RunConfig
+from motorspace.training.data import Simulated
+from motorspace.training.run import train
+from motorspace.training.settings import changed
 agent, epochs = sys.argv[1], int(sys.argv[2])
-config = replace(PRESETS[agent], training=replace(PRESETS[agent].training, epochs=epochs))
 seen = []
-train(config, fresh_experience(config), simulation_scaling(config),
-      watch=lambda record: seen.append(time.perf_counter()))
+train(changed(RunConfig(Simulated(agent)), {"epochs": epochs}),
+      callback=lambda record: seen.append(time.perf_counter()))
 print((epochs - epochs // 3) * 2000 / (seen[-1] - seen[epochs // 3 - 1]))
 """
 """Trajectories a second; the first third, with the compilation, does not count."""

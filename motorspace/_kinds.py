@@ -7,6 +7,7 @@ imported, or that come with motorspace, can be found: nothing that a file names 
 
 import ast
 import dataclasses
+import functools
 import importlib
 import inspect
 import itertools
@@ -201,6 +202,7 @@ def parameters_of(described: type) -> tuple[Parameter, ...]:
     )
 
 
+@functools.cache
 def field_docstrings(described: type) -> dict[str, str]:
     """The string below each field in a class's source, on one line; empty where no source is."""
     try:

@@ -2,7 +2,6 @@
 
 import json
 import time
-from dataclasses import replace
 
 import jax.numpy as jnp
 import numpy as np
@@ -12,8 +11,10 @@ from benchmarks import scaling
 from benchmarks.claims import claims
 from benchmarks.harness import Contender, Launch, report_once, take_turns
 from benchmarks.sensing import FAN, LAYOUT, MAX_RANGE, exact_ranges
-from motorspace import Pose, RangeFan, layout
-from motorspace.experiments.paper import FORWARD
+from motorspace._types import Pose
+from motorspace.training.settings import changed
+from motorspace.worlds.layouts import layout
+from motorspace.worlds.sensors.range_fan import RangeFan
 
 
 def test_contenders_take_turns_and_rates_are_runs_per_second():
@@ -67,7 +68,7 @@ def test_a_rate_is_claimed_where_it_has_a_target(low, holds):
     ratio = {"median": 21.0, "low": low, "high": 22.0}
     row = {"work": "scans", "threads": 2, "peer": "Open3D", "ratio": ratio}
     (claim,) = claims([row, row | {"peer": "of no target"}])
-    assert (claim["measured"], claim["holds"]) == (21.0, holds)
+    assert (claim.measured.mean, claim.met) == (21.0, holds)
 
 
 def test_a_point_of_a_scaling_curve_is_measured_and_drawn():
@@ -81,9 +82,9 @@ def test_a_point_of_a_scaling_curve_is_measured_and_drawn():
 
 
 def test_an_update_is_measured_for_each_of_its_samples():
-    simulation = replace(FORWARD.simulation, horizon=1, layout="empty")
-    model = replace(FORWARD.model, hidden_size=4, code_size=2, width_size=8)
-    row = scaling.updates("batch", 100, replace(FORWARD, simulation=simulation, model=model), 100)
+    sizes = {"hidden_size": 4, "code_size": 2, "width_size": 8}
+    config = changed(scaling.FORWARD, {"horizon": 1, "layout": "empty"} | sizes)
+    row = scaling.updates("batch", 100, config, 100)
     parameters_and_moments = 3 * 4 * 8 * 9  # one layer of the predictor, in 4 bytes each
     assert row["value"] == 100 and row["seconds"] > 0
     assert row["bytes"] * 400 > parameters_and_moments
@@ -93,8 +94,9 @@ def test_the_table_is_claimed_in_minutes():
     samples_per_second = {"median": 40_000.0, "low": 30_000.0, "high": 50_000.0}
     row = {"work": "the whole table", "threads": 2, "peer": "FMA peak", "ours": samples_per_second}
     (claim,) = claims([row | {"ratio": samples_per_second}])
-    assert claim["measured"] == pytest.approx(50.0) and claim["interval"][0] == pytest.approx(40.0)
-    assert not claim["holds"], "the slowest launch takes 67 minutes"
+    assert claim.measured.mean == pytest.approx(50.0)
+    assert claim.measured.range[0] == pytest.approx(40.0)
+    assert not claim.met, "the slowest launch takes 67 minutes"
 
 
 @pytest.mark.parametrize(
@@ -110,5 +112,5 @@ def test_shares_and_minutes_are_claimed_to_be_at_most_something(work, ours, meas
     row = {"work": work, "threads": 1, "peer": "another", "ours": even(ours)}
     row |= {"theirs": even(1 / 60), "ratio": even(0.01), "peak GiB": even(4.5)}
     made = claims([row])
-    assert [claim["measured"] for claim in made] == pytest.approx(measured)
-    assert [claim["holds"] for claim in made] == holds
+    assert [claim.measured.mean for claim in made] == pytest.approx(measured)
+    assert [claim.met for claim in made] == holds

@@ -10,11 +10,11 @@ from pathlib import Path
 import jax
 import numpy as np
 import pytest
+from motorspace.analysis.errors import CHUNK_SIZE
+from motorspace.experiments import reproduction
 
 from motorspace import load_run
-from motorspace.analysis.errors import CHUNK_SIZE
 from motorspace.cli import MOST_CACHED, main
-from motorspace.experiments import reproduction
 from tests.tiny import flags
 
 ROOT = Path(__file__).parents[1]

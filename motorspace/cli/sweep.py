@@ -4,8 +4,8 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
+from motorspace.cli.executors import add_executor_flags, executor_of
 from motorspace.cli.parsing import CommandParser, Usage
-from motorspace.running.executors import Executor
 from motorspace.running.sweep import Sweep
 
 VIEWS = ("status", "table", "best")
@@ -70,26 +70,15 @@ def _add_what_runs(parser: CommandParser) -> None:
         help="Flags and distributions: uniform, log-uniform or choice.",
     )
     add("--fixed", default=(), nargs="+", metavar="FLAG=A", help="Flags that all runs share.")
-    add(
-        "--samples", type=int, default=None, metavar="N", help="Random values of each (default: 1)."
-    )
-    add("--seeds", type=int, default=None, metavar="N", help="Seeds of every cell (default: 1).")
+    add("--samples", type=int, default=None, metavar="N", help="Random values of each.")
+    add("--seeds", type=int, default=None, metavar="N", help="Seeds of every cell (default: 3).")
     add(
         "--measure",
         default=None,
         metavar="WHAT",
         help="prediction, or structure: also the report on the codes (default: prediction).",
     )
-    where = parser.add_argument_group("where the runs are trained").add_argument
-    where(
-        "--jobs", type=int, default=2, metavar="N", help="Processes of this machine (default: 2)."
-    )
-    where(
-        "--address",
-        default=None,
-        metavar="HOST:PORT",
-        help="Head of a Ray cluster instead; auto: the one of this machine.",
-    )
+    add_executor_flags(parser)
 
 
 def run(options: argparse.Namespace) -> None:
@@ -117,18 +106,6 @@ def run(options: argparse.Namespace) -> None:
         report=lambda sentence: print(sentence, flush=True),
     )
     print(table(rows(jobs_of(sweep, trainer()), options.out), sweep.metrics))
-
-
-def executor_of(options: argparse.Namespace) -> Executor:
-    """Where the runs are trained: in processes of this machine, or on a Ray cluster."""
-    modules = tuple(options.imports)
-    if options.address is not None:
-        from motorspace.running.ray_cluster import RayExecutor
-
-        return RayExecutor(options.address, modules=modules)
-    from motorspace.running.processes import Processes
-
-    return Processes(options.jobs, modules)
 
 
 def _sweep(options: argparse.Namespace) -> Sweep:
@@ -159,10 +136,11 @@ def _show(options: argparse.Namespace) -> None:
         raise Usage("no sweep was given", remedy="give its file, or the folder of its runs")
     sweep = read_sweep(options.spec)
     jobs = jobs_of(sweep, trainer())
+    out = options.spec.resolve().parent if options.spec.is_dir() else options.out
     if options.view == "status":
-        print(status(jobs, options.out))
+        print(status(jobs, out))
         return
-    found, metrics = rows(jobs, options.out), tuple(options.metrics or sweep.metrics)
+    found, metrics = rows(jobs, out), tuple(options.metrics or sweep.metrics)
     if options.view == "table":
         print(table(found, metrics))
         return

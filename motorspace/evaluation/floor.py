@@ -5,8 +5,7 @@ moved by the displacement; the mean of what they sense there is the prediction. 
 every such predictor knows: its error estimates the floor from above, the closer the more poses.
 """
 
-import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -17,18 +16,15 @@ from jaxtyping import Array, Float
 from scipy.spatial import cKDTree
 
 from motorspace._types import Count, Displacement, Key, Pose, Sensors
-from motorspace.experiments import paper
-from motorspace.experiments.measurement import draw_test
-from motorspace.experiments.summary import Row, spread
+from motorspace.evaluation.prediction import Metrics
+from motorspace.evaluation.sampling import draw_test
 from motorspace.se2 import advance, wrap
-from motorspace.training.config import RunConfig
+from motorspace.training.data import Data, simulated
 from motorspace.trajectories.transitions import Trajectories
 from motorspace.worlds.sensors.base import AbstractSensor
 from motorspace.worlds.world import AbstractWorld
 
-CELLS = tuple(itertools.product(paper.PAPER_ERRORS, paper.ROTATIONS))
 FLOOR_SEED = 2_000_003
-NUM_POSES = (10_000, 100_000, 1_000_000)
 NUM_SETS, NUM_TEST = 5, 800
 NEIGHBOURS = (50, 100, 200)
 CHUNK_SIZE = 64
@@ -77,18 +73,18 @@ def remember(world: AbstractWorld, sensor: AbstractSensor[Any], num: int, *, key
     return Memory(world, sensor, poses, cKDTree(np.asarray(sensors, np.float64).T))
 
 
-def foretell(memory: Memory, trajectories: Trajectories, k: int) -> Prediction:
+def predict(memory: Memory, trajectories: Trajectories, k: int) -> Prediction:
     """What the k poses that sense most like s_t predict from it and the true displacement."""
     sensors = trajectories.experience.sensors
     ranks = range(1, min(k, memory.tree.n) + 1)
     _, nearest = memory.tree.query(np.asarray(sensors, np.float64), k=ranks)
     poses = jax.tree.map(lambda field: field[nearest], memory.poses)
     cases = poses, sensors, trajectories.displacements.achieved
-    return _foretell_each(memory.world, memory.sensor, cases)
+    return _predict_each(memory.world, memory.sensor, cases)
 
 
 @eqx.filter_jit
-def _foretell_each(
+def _predict_each(
     world: AbstractWorld,
     sensor: AbstractSensor[Any],
     cases: tuple[Pose, Float[Array, "N K"], Float[Array, "N 3"]],
@@ -145,16 +141,16 @@ def corrected(
     return at(jax.lax.fori_loop(0, CORRECTIONS, correct, start)[0])
 
 
-def prediction_floor(config: RunConfig, memory: Memory, *, num_test: int, key: Key) -> Floor:
-    """The floor on `NUM_SETS` sets of `num_test` fresh trajectories of the run's own kind.
+def prediction_floor(data: Data, memory: Memory, *, num_test: int, key: Key) -> Floor:
+    """The floor on `NUM_SETS` sets of `num_test` fresh trajectories of a run in simulation.
 
     As many neighbours are asked as do best on one set more.
     """
-    drawn = draw_test(config, (1 + NUM_SETS) * num_test, key=key)
-    held_out, tested = drawn[:num_test], drawn[num_test:]
-    tried = [float(_errors(foretell(memory, held_out, k), held_out).mean()) for k in NEIGHBOURS]
+    sampled = draw_test(data, (1 + NUM_SETS) * num_test, key=key)
+    held_out, tested = sampled[:num_test], sampled[num_test:]
+    tried = [float(_errors(predict(memory, held_out, k), held_out).mean()) for k in NEIGHBOURS]
     neighbours = NEIGHBOURS[int(np.argmin(tried))]
-    prediction = foretell(memory, tested, neighbours)
+    prediction = predict(memory, tested, neighbours)
     errors = _errors(prediction, tested)
     of_sets = tuple(float(error) for error in errors.reshape(NUM_SETS, -1).mean(axis=1))
     standard_error = float(errors.std() / len(errors) ** 0.5)
@@ -165,25 +161,27 @@ def _errors(prediction: Prediction, true: Trajectories) -> Float[Array, " N"]:
     return jnp.mean((prediction.mean - true.experience.later_sensors) ** 2, axis=1)
 
 
-def floor_rows(
-    *,
-    cells: Sequence[tuple[str, float]] = CELLS,
-    num_poses: Sequence[int] = NUM_POSES,
-    num_test: int = NUM_TEST,
-    report: Callable[[str], None] = lambda line: None,
-) -> list[Row]:
-    """One row per cell of the paper's table; of `num_poses` the last one is the row's own."""
+def measure_floor(data: Data, *, num_poses: Sequence[int], num_test: int = NUM_TEST) -> Metrics:
+    """The floor of a run in simulation, from each number of remembered poses.
+
+    Returns:
+        `floor.error.N` for N poses; of the most poses `floor.error`, raw units squared,
+        `floor.lowest` and `.highest` of the sets, `.standard_error`, `.disagreement`,
+        `.neighbours` and `.num`, the trajectories that are tested on.
+    """
     memory_key, test_key = jax.random.split(jax.random.key(FLOOR_SEED))
-    configs = [paper.cell(agent, rotation, "paper", 0) for agent, rotation in cells]
-    world, _, sensor = configs[0].simulation.build()
-    memories = [remember(world, sensor, num, key=memory_key) for num in num_poses]
-    rows = []
-    for (agent, rotation), config in zip(cells, configs, strict=True):
-        floors = [prediction_floor(config, m, num_test=num_test, key=test_key) for m in memories]
-        means = [float(np.mean(floor.errors)) for floor in floors]
-        row: Row = {"agent": agent, "rotation": rotation, "floor": spread(floors[-1].errors)}
-        row["by_poses"] = dict(zip(map(str, num_poses), means, strict=True))
-        row |= {k: v for k, v in floors[-1]._asdict().items() if k != "errors"}
-        rows.append(row | {"num_test": NUM_SETS * num_test})
-        report(f"{agent}, r = {rotation} pi: {row['by_poses']}")
-    return rows
+    scenario = simulated(data).scenario()
+    metrics: Metrics = {}
+    for num in num_poses:
+        memory = remember(scenario.world, scenario.sensor, num, key=memory_key)
+        floor = prediction_floor(data, memory, num_test=num_test, key=test_key)
+        metrics[f"floor.error.{num}"] = float(np.mean(floor.errors))
+    return metrics | {
+        "floor.error": float(np.mean(floor.errors)),
+        "floor.lowest": min(floor.errors),
+        "floor.highest": max(floor.errors),
+        "floor.standard_error": floor.standard_error,
+        "floor.disagreement": floor.disagreement,
+        "floor.neighbours": floor.neighbours,
+        "floor.num": NUM_SETS * num_test,
+    }

@@ -12,8 +12,8 @@ from motorspace.trajectories.transitions import Experience
 CHUNK_SIZE = 8000
 """Transitions measured at once; whoever draws as many shares the compiled sampler."""
 
-Metrics = dict[str, float]
-"""{key of a measure: number}."""
+Metrics = dict[str, float | int]
+"""{key of a measure: number}; counts are whole."""
 
 
 def mean_squared_error(predicted: Float[Array, "*N K"], true: Float[Array, "N K"]) -> float:

@@ -9,6 +9,7 @@ from jaxtyping import Array, Bool, Float
 from motorspace._errors import UserError
 from motorspace._types import Collision, Flag, Key, Keys, Motor, Pose
 from motorspace.recordings.recording import Recording
+from motorspace.worlds.exploration import Policy
 from motorspace.worlds.scenario import Scenario
 
 MAX_REFUSALS = 30
@@ -16,7 +17,12 @@ MAX_REFUSALS = 30
 
 
 def record(
-    scenario: Scenario, *, num_steps: int, collision: Collision = "resample", key: Key
+    scenario: Scenario,
+    *,
+    num_steps: int,
+    collision: Collision = "resample",
+    policy: Policy | None = None,
+    key: Key,
 ) -> Recording:
     """One walk of random commands, with a reading before, between and after them.
 
@@ -26,6 +32,7 @@ def record(
         collision: What happens to a command whose movement crosses a wall. "resample" samples
             another one; where 30 in a row are refused, the agent only turns, and no transition
             goes through this step. "block" keeps the command and discards its translation.
+        policy: Commands as a function of a key; uniform in the agent's command space by default.
         key: Source of the start and of the commands.
 
     Returns:
@@ -40,7 +47,8 @@ def record(
     start_key, walk_key = jax.random.split(key)
     start = scenario.start(key=start_key)
     tries = MAX_REFUSALS if collision == "resample" else 1
-    poses, motors, blocked = _walk(scenario, start, jax.random.split(walk_key, num_steps), tries)
+    keys = jax.random.split(walk_key, num_steps)
+    poses, motors, blocked = _walk(scenario, policy, start, keys, tries)
     usable = ~np.asarray(blocked) if collision == "resample" else np.ones(num_steps, bool)
     stuck = int((~usable).sum())
     return Recording(
@@ -59,13 +67,15 @@ def record(
 
 @eqx.filter_jit
 def _walk(
-    scenario: Scenario, start: Pose, keys: Keys, tries: int
+    scenario: Scenario, policy: Policy | None, start: Pose, keys: Keys, tries: int
 ) -> tuple[Pose, Float[Array, "T M"], Bool[Array, " T"]]:
     """The poses from the start on, the commands, and which of them a wall blocked."""
 
+    explores = scenario.commands.sample if policy is None else policy
+
     def advance(pose: Pose, key: Key) -> tuple[Pose, tuple[Pose, Motor, Flag]]:
         def sampled(key: Key) -> Motor:
-            return scenario.commands.sample(key=key)
+            return explores(key=key)
 
         motors = jax.vmap(sampled, out_axes=-1)(jax.random.split(key, tries))
         here = jax.tree.map(lambda field: jnp.broadcast_to(field, (tries,)), pose)

@@ -11,6 +11,9 @@ from motorspace.recordings.recording import Recording, chained_per_interval
 
 Clock = Literal["check", "ignore"]
 
+LATEST = 1e300
+"""Later time stamps are not read; differences of earlier ones are finite."""
+
 GAPS = 10.0
 """Gaps are longer than so many times the median time between scans."""
 JUMPS = 10.0
@@ -35,6 +38,8 @@ def leave_out(
         max_jump: World units; None stands for 10 times the upper quartile of all steps.
         clock: "ignore" leaves nothing out because of its time stamps.
     """
+    readable = np.abs(recording.time) < LATEST
+    recording = replace(recording, time=np.where(readable, recording.time, np.nan))
     left = ~recording.usable
     reasons = [f"{left.sum()} with values missing"] * bool(left.any())
     notes = list(recording.notes)

@@ -1,5 +1,6 @@
 """Tables: rows of labels and of measures by key, as Markdown, and numbers as people read them."""
 
+import re
 from collections.abc import Mapping, Sequence
 from math import floor, log10
 from typing import Any, NamedTuple
@@ -12,6 +13,8 @@ Row = Mapping[str, Any]
 DIGITS = 3
 SMALL = 1e-3
 """Numbers below it are written with an exponent."""
+PLACE = re.compile(r"(<!-- table: ([a-z0-9_]+) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
+"""Where a table stands in a page."""
 
 
 class Interval(NamedTuple):
@@ -159,3 +162,23 @@ def _decimals(value: float, digits: int) -> int:
 def _small(value: float, digits: int) -> str:
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
     return f"{mantissa}e{int(exponent)}" if value else "0"
+
+
+def places(page: str) -> list[str]:
+    """Returns the names of the tables that stand in a page.
+
+    Example:
+        >>> places("<!-- table: errors -->\\n<!-- end -->")
+        ['errors']
+    """
+    return [found[2] for found in PLACE.finditer(page)]
+
+
+def filled(page: str, tables: Mapping[str, str]) -> str:
+    """Returns the page with these tables in their places; others stay as they are.
+
+    Args:
+        page: Markdown.
+        tables: {name: Markdown}.
+    """
+    return PLACE.sub(lambda found: found[1] + tables.get(found[2], found[3]) + found[4], page)

@@ -7,7 +7,7 @@ from pathlib import Path
 from motorspace._errors import UserError
 from motorspace.running.jobs import Job
 from motorspace.running.processes import Processes
-from motorspace.running.work import Failure
+from motorspace.running.work import Failure, forget_outcome
 from motorspace.training.config import RunConfig
 from motorspace.training.data import Simulated
 
@@ -41,15 +41,27 @@ def train_seeds(
             report(f"finished: {folder}, loss {run.log[-1]['prediction_loss']:.4g}")
         return
     jobs = [Job(out.name, (), c, place=f"seed{c.training.seed}") for c in configs]
-    execute = _resume if resume else _begin
+    if not resume:
+        for job in jobs:
+            _refuse_a_run(out / job.folder)
     failures = []
-    for job, found in Processes(processes, tuple(imports)).run(execute, jobs, out.parent):
+    for job, found in Processes(processes, tuple(imports)).run(_train, jobs, out.parent):
         if isinstance(found, Failure):
             failures.append(found)
             continue
+        forget_outcome(job, out.parent)
         report(f"finished: {out / job.folder}, loss {found.metrics['prediction_loss']:.4g}")
     if failures:
         raise UserError(failures[0].what.rstrip("."))
+
+
+def _refuse_a_run(folder: Path) -> None:
+    if (folder / "config.json").exists():
+        raise UserError(
+            "the folder already holds a run",
+            where=folder,
+            remedy="continue it with --resume, or choose another folder",
+        )
 
 
 def _one_program(config: RunConfig) -> bool:
@@ -63,17 +75,10 @@ def _one_program(config: RunConfig) -> bool:
     return jax.default_backend() != "cpu" and shared
 
 
-def _begin(job: Job, folder: Path) -> dict[str, float]:
-    return _train(job, folder, resume=False)
-
-
-def _resume(job: Job, folder: Path) -> dict[str, float]:
-    return _train(job, folder, resume=True)
-
-
-def _train(job: Job, folder: Path, *, resume: bool) -> dict[str, float]:
+def _train(job: Job, folder: Path) -> dict[str, float]:
+    """Train a job's run; a process that was killed is continued, so it always resumes."""
     from motorspace.training.run import train
 
     assert isinstance(job.config, RunConfig)
-    run = train(job.config, folder=folder, resume=resume)
+    run = train(job.config, folder=folder, resume=True)
     return {"prediction_loss": float(run.log[-1]["prediction_loss"])}

@@ -1,12 +1,13 @@
 """Sweeps of `motorspace train`: which flags there are, what a run of one does."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from motorspace.running.jobs import Job
 from motorspace.running.sweep import Trainer
 from motorspace.training.config import RunConfig
+from motorspace.training.data import Simulated, base_of
 from motorspace.training.settings import configured, simulated_groups
 
 MEASURES = {"prediction": "prediction", "structure": "structure"}
@@ -43,3 +44,15 @@ def _flags(agent: str) -> dict[str, Any]:
     groups = simulated_groups(agent)
     known = {p.name: p.default for group in groups for p in group.parameters}
     return {"preset": "paper", "sensor": None, **known}
+
+
+def train_team(jobs: Sequence[Job], folders: Sequence[Path]) -> None:
+    """Train jobs that differ by their seed alone as one program, from their checkpoints.
+
+    Those that learn from a log have validation data, and are left to train one after another.
+    """
+    from motorspace.training.run import train_together
+
+    configs = [job.config for job in jobs if isinstance(job.config, RunConfig)]
+    if isinstance(base_of(configs[0].data), Simulated):
+        train_together(configs, folders, resume=True)

@@ -81,7 +81,9 @@ def outcome(execute: Execute, job: Job, place: Path) -> Result:
     """The result of a job whose folder this process holds; written there before it is returned."""
     path = place / OUTCOME / "result.json"
     if path.exists():
-        return from_line(path.read_text(), where=path)
+        found = from_line(path.read_text(), where=path)
+        if found.key == job.key:
+            return found
     result = result_of(job, execute(job, place))
     write_atomically(path, result.as_line().encode())
     (place / OUTCOME / "failure.txt").unlink(missing_ok=True)
@@ -115,7 +117,7 @@ def write_failure(place: Path, failure: Failure) -> None:
         (place / OUTCOME).mkdir(parents=True, exist_ok=True)
         content = f"{failure.what}\n{failure.details}"
         write_atomically(place / OUTCOME / "failure.txt", content.encode())
-    except OSError:
+    except (OSError, UserError):
         pass
 
 

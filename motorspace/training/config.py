@@ -144,8 +144,14 @@ class RunConfig:
         }
 
     def hash(self) -> str:
-        """Twelve hexadecimal digits that differ for configurations that differ."""
-        text = json.dumps(self.as_json(), sort_keys=True)
+        """Twelve hexadecimal digits that differ for configurations that differ.
+
+        Where a log lies makes no difference, its content does.
+        """
+        described = self.as_json()
+        for data in (described["data"], described["data"].get("base", {})):
+            data.pop("path", None)
+        text = json.dumps(described, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-
 from motorspace.analysis.baselines import skill
+
 from motorspace.analysis.equivalence import within_to_total_variance
 from motorspace.analysis.probes import displacement_targets, linear_probe
 

@@ -5,12 +5,12 @@ import math
 import jax
 import numpy as np
 import pytest
+from motorspace.experiments.organisation import nominal, random_commands
 
 from motorspace import ForwardAgent, HolonomicAgent
 from motorspace.analysis import distances
 from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.analysis.standard_form import standard_form
-from motorspace.experiments.organisation import nominal, random_commands
 
 NUM = 600
 

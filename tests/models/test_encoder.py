@@ -5,8 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from motorspace import ModelConfig
-from motorspace.models.encoder import RecurrentEncoder
+from motorspace.models.config import ModelConfig
+from motorspace.models.encoders.recurrent import GRUEncoder, LSTMEncoder
 from motorspace.models.model import Scaling, build_model
 
 SCALING = Scaling((10.0,) * 9, (1.0, 1.0))
@@ -39,28 +39,30 @@ def plain_lstm(encoder, motors):
 
 @pytest.mark.parametrize("num_steps", [1, 3, 5])
 def test_the_lstm_encoder_is_the_plain_recurrence(num_steps):
-    encoder = RecurrentEncoder(2, 16, 7, key=jax.random.key(0))
+    encoder = LSTMEncoder(2, 16, 7, key=jax.random.key(0))
     found = encoder(MOTORS, jnp.array(num_steps))
     np.testing.assert_allclose(found, plain_lstm(encoder, MOTORS[:num_steps]), atol=1e-6)
 
 
-@pytest.mark.parametrize("gated", ["lstm", "gru"])
-def test_rows_beyond_the_steps_do_not_matter(gated):
-    encoder = RecurrentEncoder(2, 16, 7, gated=gated, key=jax.random.key(0))
+@pytest.mark.parametrize("recurrent", [LSTMEncoder, GRUEncoder])
+def test_rows_beyond_the_steps_do_not_matter(recurrent):
+    encoder = recurrent(2, 16, 7, key=jax.random.key(0))
     other = MOTORS.at[3:].set(9.0)
     steps = jnp.array(3)
     np.testing.assert_array_equal(encoder(MOTORS, steps), encoder(other, steps))
     assert (encoder(MOTORS, jnp.array(5)) != encoder(other, jnp.array(5))).any()
 
 
-@pytest.mark.parametrize("gated", ["lstm", "gru"])
-def test_a_recurrent_encoder_knows_the_order(gated):
-    encoder = RecurrentEncoder(2, 16, 7, gated=gated, key=jax.random.key(0))
+@pytest.mark.parametrize("recurrent", [LSTMEncoder, GRUEncoder])
+def test_a_recurrent_encoder_knows_the_order(recurrent):
+    encoder = recurrent(2, 16, 7, key=jax.random.key(0))
     steps = jnp.array(5)
     assert np.abs(encoder(MOTORS, steps) - encoder(MOTORS[::-1], steps)).max() > 1e-4
 
 
-@pytest.mark.parametrize("kind", ["lstm", "gru", "linear", "attention", "group", "sum", "mlp"])
+@pytest.mark.parametrize(
+    "kind", ["lstm", "gru", "linear", "attention", "matrix_product", "sum", "mlp"]
+)
 def test_no_kind_sees_rows_beyond_the_steps_of_a_longer_array(kind):
     config = ModelConfig(encoder=kind, hidden_size=16, code_size=6)
     model = build_model(config, SCALING, horizon=5, key=jax.random.key(2))
@@ -79,7 +81,7 @@ def test_no_kind_sees_rows_beyond_the_steps_of_a_longer_array(kind):
         ("gru", 8),
         ("linear", 8),
         ("attention", 8),
-        ("group", 6),
+        ("matrix_product", 6),
         ("sum", 8),
         ("mlp", 8),
         ("none", 8),

@@ -8,8 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from motorspace import ModelConfig
-from motorspace.models.model import Scaling, build_model
+from motorspace.models.config import ModelConfig
+from motorspace.models.model import Extras, Scaling, build_model
 
 KEY = jax.random.key(0)
 SCALING = Scaling((10.0, 5.0), (2.0, 1.0))
@@ -28,8 +28,8 @@ def test_commands_and_sensors_are_divided_by_their_scale():
 
 def test_the_inverse_model_is_there_only_when_it_has_a_weight():
     assert build_model(CONFIG, SCALING, horizon=3, key=KEY).inverse is None
-    config = replace(CONFIG, inverse_weight=0.05)
-    inverse = build_model(config, SCALING, horizon=3, key=KEY).inverse
+    extras = Extras(inverse=True)
+    inverse = build_model(CONFIG, SCALING, horizon=3, extras=extras, key=KEY).inverse
     code = inverse(jnp.ones(2), jnp.zeros(2))
     assert code.shape == (4,) and (code > 0).all() and (code < 1).all()
 
@@ -42,7 +42,7 @@ def test_the_paper_sizes_are_the_defaults():
     assert shapes == [(200, 59), (200, 200), (200, 200), (9, 200)]
 
 
-@pytest.mark.parametrize("initial_weights", ["wide", "scaled", "uniform"])
+@pytest.mark.parametrize("initial_weights", ["normal_inputs", "scaled", "uniform"])
 def test_same_key_same_weights(initial_weights):
     config = replace(CONFIG, initial_weights=initial_weights)
     first, again, other = (

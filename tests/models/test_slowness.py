@@ -6,7 +6,8 @@ import jax.numpy as jnp
 import numpy as np
 import scipy.linalg
 
-from motorspace import LatticeAgent, Pose
+from motorspace._types import Pose
+from motorspace.worlds.agents import LatticeAgent
 
 HORIZON = 5
 COMMANDS = jnp.eye(6)

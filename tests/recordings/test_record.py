@@ -79,6 +79,14 @@ def test_a_wall_blocks_or_makes_the_agent_choose_again():
     assert (~walk.usable).any() == any("stuck" in note for note in walk.notes)
 
 
+def test_commands_come_from_a_policy():
+    def straight_on(*, key):
+        return jax.numpy.array([0.0, 0.5]) + 0.0 * jax.random.uniform(key, (2,))
+
+    walk = record(SCENARIOS["forward"], num_steps=5, policy=straight_on, key=KEY)
+    assert (walk.increments == [0.0, 0.5]).all()
+
+
 def test_fewer_than_one_step_is_refused():
     with pytest.raises(UserError, match="num_steps must be at least 1, got 0"):
         record(SCENARIOS["forward"], num_steps=0, key=KEY)

@@ -81,9 +81,9 @@ run_jobs(wanted, Path(sys.argv[1]), execute, executor=RayExecutor(sys.argv[2]), 
 
 
 @contextmanager
-def driver(folder, address):
-    """A command that runs the jobs."""
-    command = [sys.executable, "-c", DRIVE, str(folder), address]
+def driver(script, folder, *address):
+    """A command that runs jobs."""
+    command = [sys.executable, str(script), str(folder), *address]
     with subprocess.Popen(command, cwd=ROOT, env=ENVIRONMENT) as started:
         try:
             yield started
@@ -105,10 +105,14 @@ def training(folder, since):
     for place in (folder / "toy").glob("agent*"):
         counted = place / "epochs"
         if counted.exists() and since <= len(counted.read_text().split()) < 12:
-            pid = int((place / "begun").read_text().split()[-1])
+            pid = last_worker(place)
             if is_worker(pid):
                 found.append((place, pid))
     return found
+
+
+def last_worker(place):
+    return int((place / "begun").read_text().split()[-1])
 
 
 def is_worker(pid):
@@ -129,14 +133,16 @@ def values(folder):
 
 
 def test_cells_whose_workers_are_killed_are_done_once_and_the_table_is_the_same(cluster, tmp_path):
-    with driver(tmp_path, cluster) as stopped:
+    script = tmp_path / "drive.py"
+    script.write_text(DRIVE)
+    with driver(script, tmp_path, cluster) as stopped:
         killed = [kill_a_worker(tmp_path, since=2), kill_a_worker(tmp_path, since=5)]
         # The command is stopped, and begun again.
         wait_until(lambda: len(values(tmp_path)) >= 2)
         stopped.send_signal(signal.SIGINT)
         assert stopped.wait(timeout=60) != 0
     assert 2 <= len(values(tmp_path)) < NUM
-    with driver(tmp_path, cluster) as again:
+    with driver(script, tmp_path, cluster) as again:
         killed.append(kill_a_worker(tmp_path, since=3))
         assert again.wait(timeout=120) == 0
 
@@ -150,6 +156,46 @@ def test_cells_whose_workers_are_killed_are_done_once_and_the_table_is_the_same(
         assert (place / "epochs").read_text().split() == [str(epoch) for epoch in range(15)]
     for place in killed:
         assert len((place / "begun").read_text().split()) >= 2
+
+
+TRAIN = """
+import sys
+from pathlib import Path
+from motorspace.running.executors import run_jobs
+from motorspace.running.processes import Processes
+from motorspace.running.ray_cluster import RayExecutor
+from tests.running.real import execute, jobs
+
+if __name__ == "__main__":
+    executor = RayExecutor(sys.argv[2]) if len(sys.argv) > 2 else Processes(2)
+    run_jobs(jobs(), Path(sys.argv[1]), execute, executor=executor)
+"""
+
+
+def test_a_network_whose_worker_is_killed_has_the_weights_of_an_undisturbed_one(cluster, tmp_path):
+    script = tmp_path / "drive.py"
+    script.write_text(TRAIN)
+    disturbed, undisturbed = tmp_path / "disturbed", tmp_path / "undisturbed"
+    with driver(script, disturbed, cluster) as started:
+        log = wait_until(lambda: [*disturbed.glob("real/*/log.jsonl")], seconds=300)[0]
+        wait_until(lambda: len(log.read_text().splitlines()) > 20)
+        os.kill(last_worker(log.parent), signal.SIGKILL)
+        assert started.wait(timeout=300) == 0
+    with driver(script, undisturbed) as started:
+        assert started.wait(timeout=300) == 0
+    assert len((log.parent / "begun").read_text().split()) == 2
+    for place in (disturbed / "real").glob("agent*"):
+        assert same(place, undisturbed / "real" / place.name, "weights.safetensors")
+        assert same(place, undisturbed / "real" / place.name, "log.jsonl")
+    first, second = (
+        {r.key: r.metrics for r in read_lines(folder / "real.jsonl")}
+        for folder in (disturbed, undisturbed)
+    )
+    assert len(first) == 2 and first == second
+
+
+def same(one, other, name):
+    return (one / name).read_bytes() == (other / name).read_bytes()
 
 
 FAILING = """

@@ -8,33 +8,35 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from motorspace import (
-    Experience,
-    ModelConfig,
-    RunConfig,
-    SimulationConfig,
-    TrainingConfig,
-    UserError,
-)
+from motorspace._errors import UserError
+from motorspace.models.config import ModelConfig
 from motorspace.models.losses import (
     code_variance,
     composition_loss,
     encode_all,
     encode_last_two,
     inverse_loss,
-    isometry_loss,
     noisy,
+    penalty_loss,
     prediction_loss,
     slowness_loss,
     spread,
 )
-from motorspace.models.model import Scaling, build_model
-from motorspace.training.config import simulator
+from motorspace.models.model import Extras, Scaling, build_model
+from motorspace.training.config import RunConfig, TrainingConfig
+from motorspace.training.data import Given, Simulated
 from motorspace.training.fit import fit, init, most_promising, train_epoch
+from motorspace.training.sources import simulator
+from motorspace.trajectories.transitions import Experience
 
 SMALL = TrainingConfig(epochs=30, trajectories_per_epoch=512, batch_size=64, learning_rate=3e-3)
 SCALING = Scaling((1.0,), (1.0,))
 NETWORK = ModelConfig(hidden_size=16, code_size=4, width_size=32, depth=2)
+
+
+def configured(training: TrainingConfig = SMALL, network: ModelConfig = NETWORK) -> RunConfig:
+    """A run on the experience that the test passes."""
+    return RunConfig(Given(), network, training)
 
 
 def linear_experience(num: int) -> Experience:
@@ -47,9 +49,10 @@ def linear_experience(num: int) -> Experience:
 
 def test_fit_learns_what_the_sensors_reveal():
     experience = linear_experience(4096)
-    state = init(SMALL, NETWORK, SCALING, horizon=3)
+    config = configured()
+    state = init(config, SCALING, horizon=3)
     before = prediction_loss(state.model, experience, encode_all(state.model, experience))
-    trained = fit(SMALL, NETWORK, state, experience).model
+    trained = fit(config, state, experience).model
     after = prediction_loss(trained, experience, encode_all(trained, experience))
     unmoved = jnp.mean((experience.later_sensors - experience.sensors) ** 2)
     assert after < 0.02 * unmoved
@@ -58,19 +61,19 @@ def test_fit_learns_what_the_sensors_reveal():
 
 def test_a_model_without_motors_cannot_beat_the_spread_of_the_displacement():
     experience = linear_experience(4096)
-    network = replace(NETWORK, encoder="none")
-    state = init(SMALL, network, SCALING, horizon=3)
-    trained = fit(SMALL, network, state, experience).model
+    config = configured(network=replace(NETWORK, encoder="none"))
+    state = init(config, SCALING, horizon=3)
+    trained = fit(config, state, experience).model
     error = prediction_loss(trained, experience, encode_all(trained, experience))
     assert error > 0.8 * jnp.var(experience.motors.sum(axis=1))
 
 
 def test_an_untrained_encoder_stays_as_it_was():
     other_losses = {"composition_weight": 1.0, "isometry_weight": 1.0}
-    network = replace(NETWORK, encoder="group", code_size=6, train_encoder=False, **other_losses)
-    config = replace(SMALL, epochs=2)
-    state = init(config, network, SCALING, horizon=3)
-    trained = fit(config, network, state, linear_experience(512)).model
+    network = replace(NETWORK, encoder="matrix_product", code_size=6)
+    config = configured(replace(SMALL, epochs=2, train_encoder=False, **other_losses), network)
+    state = init(config, SCALING, horizon=3)
+    trained = fit(config, state, linear_experience(512)).model
     for before, after in zip(
         jax.tree.leaves(state.model.encoder), jax.tree.leaves(trained.encoder), strict=True
     ):
@@ -84,9 +87,10 @@ def test_a_loss_that_is_not_finite_stops_the_run():
     experience = linear_experience(512)
     broken = replace_sensors(experience, experience.sensors.at[:256].set(jnp.inf))
     seen = []
-    state = init(SMALL, NETWORK, SCALING, horizon=3)
+    config = configured()
+    state = init(config, SCALING, horizon=3)
     with pytest.raises(UserError, match="no longer finite after epoch 1; lower the learning rate"):
-        fit(SMALL, NETWORK, state, broken, watch=lambda s, r: seen.append(r))
+        fit(config, state, broken, callback=lambda s, r: seen.append(r))
     assert seen == []
 
 
@@ -96,8 +100,8 @@ def replace_sensors(experience: Experience, sensors: jax.Array) -> Experience:
 
 def test_the_inverse_loss_does_not_reward_smaller_codes():
     experience = linear_experience(256)
-    network = replace(NETWORK, inverse_weight=1.0)
-    model = build_model(network, SCALING, horizon=3, key=jax.random.key(0))
+    extras = Extras(inverse=True)
+    model = build_model(NETWORK, SCALING, horizon=3, extras=extras, key=jax.random.key(0))
     codes = jax.random.uniform(jax.random.key(1), (256, 4))
     shrunk = 0.5 + 0.1 * (codes - 0.5)
     assert inverse_loss(model, experience, shrunk) > inverse_loss(model, experience, codes)
@@ -124,10 +128,10 @@ def test_slowness_prefers_slow_features_and_more_than_one():
     np.testing.assert_allclose(scaled, slow["both places"], rtol=1e-3)
 
 
-@pytest.mark.parametrize("encoder", ["lstm", "attention", "group"])
+@pytest.mark.parametrize("encoder", ["lstm", "attention", "matrix_product"])
 def test_composition_is_judged_by_the_halves_of_a_sequence_and_one_command_has_none(encoder):
-    network = replace(NETWORK, encoder=encoder, code_size=6, composition_weight=1.0)
-    model = build_model(network, SCALING, horizon=3, key=jax.random.key(0))
+    network, extras = replace(NETWORK, encoder=encoder, code_size=6), Extras(composition=True)
+    model = build_model(network, SCALING, horizon=3, extras=extras, key=jax.random.key(0))
     given = linear_experience(64)
     codes = encode_all(model, given)
     loss = composition_loss(model, given, codes)
@@ -148,22 +152,23 @@ def test_composition_is_judged_by_the_halves_of_a_sequence_and_one_command_has_n
 
 def test_commands_are_made_to_keep_lengths_once_the_curriculum_is_over():
     experience = linear_experience(512)
-    network = replace(NETWORK, encoder="group", code_size=6, isometry_weight=1.0)
-    config = replace(SMALL, epochs=16, curriculum=0.5)
-    lost = []
+    network = replace(NETWORK, encoder="matrix_product", code_size=6)
+    training = replace(SMALL, epochs=16, curriculum=0.5, isometry_weight=1.0)
+    config, lost = configured(training, network), []
 
-    def watch(state, _):
-        lost.append(float(isometry_loss(state.model, experience)))
+    def callback(state, _):
+        lost.append(float(penalty_loss(state.model, experience)))
 
-    state = init(config, network, SCALING, horizon=3)
-    model = fit(config, network, state, experience, watch=watch).model
+    state = init(config, SCALING, horizon=3)
+    model = fit(config, state, experience, callback=callback).model
     assert lost[15] < 0.2 * min(lost[:8])
-    linear = [model.encoder.linear_part(motor) for motor in experience.motors.reshape(-1, 1)]
+    matrices, _ = jax.vmap(model.encoder.matrices)(experience.motors.reshape(-1, 1))
+    linear = np.asarray(matrices)[:, :-1, :-1]
     stretched = [np.linalg.svd(part, compute_uv=False) ** 2 - 1 for part in linear]
     by_hand = np.mean(np.sum(np.square(stretched), axis=1))
-    assert isometry_loss(model, experience) == pytest.approx(by_hand, rel=1e-3)
+    assert penalty_loss(model, experience) == pytest.approx(by_hand, rel=1e-3)
     lstm = build_model(NETWORK, SCALING, horizon=3, key=jax.random.key(0))
-    assert isometry_loss(lstm, experience) == 0.0
+    assert penalty_loss(lstm, experience) == 0.0
 
 
 def replace_steps(experience: Experience, num: int) -> Experience:
@@ -184,9 +189,9 @@ def test_the_code_before_the_last_command_is_that_of_the_shorter_sequence(encode
 
 
 def test_the_curriculum_grows_the_sequences_and_ends():
-    simulation = SimulationConfig(horizon=4, layout="empty")
-    training = TrainingConfig(epochs=10, trajectories_per_epoch=200, curriculum=0.4)
-    draw = simulator(RunConfig(simulation, ModelConfig(), training))
+    simulation = Simulated(horizon=4, layout="empty")
+    training = replace(SMALL, epochs=10, curriculum=0.4)
+    draw = simulator(RunConfig(simulation, training=training))
     longest = [
         int(draw(jax.random.key(0), jnp.array(epoch)).experience.num_steps.max())
         for epoch in range(5)
@@ -209,9 +214,9 @@ def test_noise_on_the_code_ends_with_the_curriculum(curriculum, same):
     experience = linear_experience(512)
     plain = replace(SMALL, epochs=2, curriculum=curriculum)
     losses = []
-    for config in (plain, replace(plain, code_noise=1.0)):
-        state = init(config, NETWORK, SCALING, horizon=3)
-        _, record = train_epoch(state, experience, config, NETWORK, key=jax.random.key(0))
+    for training in (plain, replace(plain, code_noise=1.0)):
+        state = init(configured(training), SCALING, horizon=3)
+        _, record = train_epoch(state, experience, training, key=jax.random.key(0))
         losses.append(float(record.prediction_loss))
     assert (losses[0] == losses[1]) is same
 
@@ -227,49 +232,47 @@ def test_what_predicts_the_validation_data_best_is_kept():
         experience.later_sensors + noise,
     )
     train, validation = noisy[:64], noisy[64:]
-    log = []
-    state = init(SMALL, NETWORK, SCALING, horizon=3, validated=True)
-    state = fit(
-        SMALL, NETWORK, state, train, validation=validation, watch=lambda s, r: log.append(r)
-    )
+    config, log = configured(), []
+    state = init(config, SCALING, horizon=3, validated=True)
+    state = fit(config, state, train, validation=validation, callback=lambda s, r: log.append(r))
     errors = [record["validation_loss"] for record in log]
     assert state.best_error == pytest.approx(min(errors))
-    kept = prediction_loss(state.kept, validation, encode_all(state.kept, validation))
-    assert kept == pytest.approx(min(errors), rel=1e-5)
+    selected = prediction_loss(state.selected, validation, encode_all(state.selected, validation))
+    assert selected == pytest.approx(min(errors), rel=1e-5)
     assert min(errors) < 0.95 * errors[-1]
 
 
 def test_averaged_weights_are_the_mean_over_updates():
     one_update = replace(SMALL, epochs=1, trajectories_per_epoch=64, batch_size=64)
-    config = replace(one_update, schedule="constant", average=0.75)
-    start = init(config, NETWORK, SCALING, horizon=3)
-    after = fit(config, NETWORK, start, linear_experience(64))
-    models = (start.model, after.model, after.kept)
+    config = configured(replace(one_update, schedule="constant", ema_decay=0.75))
+    start = init(config, SCALING, horizon=3)
+    after = fit(config, start, linear_experience(64))
+    models = (start.model, after.model, after.selected)
     begun, ended, averaged = (m.predictor.mlp.layers[0].weight for m in models)
     assert not jnp.array_equal(begun, ended)
     np.testing.assert_allclose(averaged, 0.75 * begun + 0.25 * ended, rtol=1e-5, atol=1e-7)
 
 
-def test_of_several_starts_the_one_that_predicts_best_at_first_is_trained():
-    """One of the starts is trained for the whole run, as if it were the only one."""
+def test_of_several_restarts_the_one_that_predicts_best_at_first_is_trained():
+    """One of them is trained for the whole run, as if it were the only one."""
     experience = linear_experience(512)
-    config = replace(SMALL, starts=3, seed=4)
-    alone = replace(config, starts=1)
+    training = replace(SMALL, restarts=3, seed=4)
+    alone = configured(replace(training, restarts=1))
     tried, logs = [], []
-    for start in range(3):
+    for restart in range(3):
         log = []
-        state = init(alone, NETWORK, SCALING, horizon=3, start=start)
-        state = fit(alone, NETWORK, state, experience, watch=lambda s, r, log=log: log.append(r))
+        state = init(alone, SCALING, horizon=3, restart=restart)
+        state = fit(alone, state, experience, callback=lambda s, r, log=log: log.append(r))
         tried.append(state)
         logs.append(log)
-    early = [log[config.trial_epochs - 1]["prediction_loss"] for log in logs]
-    assert config.trial_epochs == 3
+    early = [log[training.trial_epochs - 1]["prediction_loss"] for log in logs]
+    assert training.trial_epochs == 3
     assert len(set(early)) == 3
     best = early.index(min(early))
-    assert best != 0, "the seed is one at which starting again helps"
-    log = []
-    state = init(config, NETWORK, SCALING, horizon=3)
-    state = fit(config, NETWORK, state, experience, watch=lambda s, r: log.append(r))
+    assert best != 0, "the seed is one at which restarting helps"
+    config, log = configured(training), []
+    state = init(config, SCALING, horizon=3)
+    state = fit(config, state, experience, callback=lambda s, r: log.append(r))
     assert log == logs[best]
     for got, wanted in zip(
         jax.tree.leaves(state.model), jax.tree.leaves(tried[best].model), strict=True
@@ -277,35 +280,24 @@ def test_of_several_starts_the_one_that_predicts_best_at_first_is_trained():
         np.testing.assert_array_equal(got, wanted)
 
 
-def test_a_start_whose_loss_is_not_finite_is_no_better_than_others():
+def test_a_restart_whose_loss_is_not_finite_is_no_better_than_others():
     experience = linear_experience(512)
-    config = replace(SMALL, starts=2, epochs=2)
-    first, second = (init(config, NETWORK, SCALING, horizon=3, start=start) for start in (0, 1))
+    config = configured(replace(SMALL, restarts=2, epochs=2))
+    first, second = (init(config, SCALING, horizon=3, restart=restart) for restart in (0, 1))
     broken = eqx.tree_at(
         lambda s: s.model.predictor.mlp.layers[0].weight, first, replace_fn=lambda w: w * jnp.nan
     )
-    chosen = most_promising(config, NETWORK, broken, experience)
+    chosen = most_promising(config, broken, experience)
     assert jnp.array_equal(
         chosen.model.predictor.mlp.layers[0].weight, second.model.predictor.mlp.layers[0].weight
     )
 
 
-def test_without_fresh_trajectories_every_epoch_sees_the_same():
-    simulation = SimulationConfig(horizon=2, layout="empty")
-    training = TrainingConfig(epochs=10, trajectories_per_epoch=50, curriculum=0.0)
+def test_without_resampling_every_epoch_sees_the_same_trajectories():
+    simulation = Simulated(horizon=2, layout="empty")
+    training = replace(SMALL, epochs=10, curriculum=0.0)
     for fresh in (True, False):
-        config = RunConfig(simulation, ModelConfig(), replace(training, fresh=fresh))
+        config = RunConfig(simulation, training=replace(training, resample_each_epoch=fresh))
         draw = simulator(config)
         first, second = (draw(jax.random.key(n), jnp.array(n)).experience.motors for n in (0, 1))
         assert jnp.array_equal(first, second) == (not fresh)
-
-
-@pytest.mark.parametrize("change", [{"epochs": 0}, {"batch_size": 0}, {"batch_size": 513}])
-def test_impossible_training_is_refused(change):
-    with pytest.raises(UserError, match="are no training; ask for at least one epoch"):
-        init(replace(SMALL, **change), NETWORK, SCALING, horizon=3)
-
-
-def test_training_needs_a_start():
-    with pytest.raises(UserError, match="0 starts are no training; ask for at least one start"):
-        init(replace(SMALL, starts=0), NETWORK, SCALING, horizon=3)

@@ -12,20 +12,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motorspace import (
-    RunConfig,
-    UserError,
-    fresh_experience,
-    load_run,
-    simulation_scaling,
-    train,
-)
-from motorspace.training import runs
+from motorspace._errors import UserError
+from motorspace._files import PART, locked
+from motorspace.training.config import RunConfig
+from motorspace.training.run import Run, load_run, train, train_together
 from tests.tiny import TINY
 
 
-def trained(folder: Path, config: RunConfig = TINY, **options: object) -> runs.Run:
-    return train(config, fresh_experience(config), simulation_scaling(config), folder, **options)
+def trained(folder: Path, config: RunConfig = TINY, **options: object) -> Run:
+    return train(config, folder=folder, **options)
 
 
 def test_a_finished_run_is_read_back_as_it_was(tmp_path):
@@ -44,7 +39,7 @@ def test_a_stopped_run_resumes_to_the_same_bytes(tmp_path):
 
     trained(tmp_path / "whole")
     with pytest.raises(KeyboardInterrupt):
-        trained(tmp_path / "parted", watch=stop)
+        trained(tmp_path / "parted", callback=stop)
     trained(tmp_path / "parted", resume=True)
     for name in ("weights.safetensors", "log.jsonl", "config.json"):
         assert (tmp_path / "whole" / name).read_bytes() == (tmp_path / "parted" / name).read_bytes()
@@ -54,8 +49,8 @@ SCRIPT = """
 import sys
 from pathlib import Path
 from tests.training.test_runs import trained
-from motorspace.training import runs
-runs.CHECKPOINT_SECONDS = 0.0
+from motorspace.training import run
+run.CHECKPOINT_SECONDS = 0.0
 trained(Path(sys.argv[1]), resume=True)
 """
 
@@ -75,17 +70,19 @@ def test_a_killed_run_resumes_to_the_same_bytes(tmp_path):
                 break
             time.sleep(0.002)
         assert process.wait() == -signal.SIGKILL
-    (parted / "weights.safetensors.1.part").write_bytes(b"half of it")
+    (parted / f".weights.safetensors.1{PART}").write_bytes(b"half of it")
+    (parted / "mine.part").write_bytes(b"of the user")
     subprocess.run(command, env=environment, cwd=root, check=True)
     trained(whole)
     for name in ("weights.safetensors", "log.jsonl"):
         assert (parted / name).read_bytes() == (whole / name).read_bytes()
-    assert not list(parted.glob("*.part"))
+    assert not list(parted.glob(f".*{PART}"))
+    assert (parted / "mine.part").read_bytes() == b"of the user"
 
 
 def test_two_processes_do_not_train_into_one_folder(tmp_path):
     with (
-        runs.locked(tmp_path),
+        locked(tmp_path),
         pytest.raises(UserError, match="another process is training in this folder"),
     ):
         trained(tmp_path)
@@ -102,14 +99,14 @@ def test_a_folder_that_holds_a_run_is_not_overwritten(tmp_path):
     assert (tmp_path / "weights.safetensors").read_bytes() == before
 
 
-def test_a_run_from_before_a_flag_existed_is_continued(tmp_path):
+def test_a_run_from_before_a_setting_existed_is_continued(tmp_path):
     trained(tmp_path)
     path = tmp_path / "config.json"
     described = json.loads(path.read_text())
-    assert described["config"]["model"].pop("isometry_weight") == 0.0
+    assert described["config"]["training"].pop("isometry_weight") == 0.0
     path.write_text(json.dumps(described))
     assert trained(tmp_path, resume=True).config == TINY
-    other = replace(TINY, model=replace(TINY.model, isometry_weight=1.0))
+    other = replace(TINY, training=replace(TINY.training, isometry_weight=1.0))
     with pytest.raises(UserError, match=r"another configuration \(different: isometry_weight\)"):
         trained(tmp_path, other, resume=True)
 
@@ -119,8 +116,7 @@ SEEDS = [replace(TINY, training=replace(TINY.training, seed=seed)) for seed in (
 
 def test_seeds_in_one_program_are_trained_as_each_alone_would_be(tmp_path):
     folders = [tmp_path / "first", tmp_path / "second"]
-    source, scaling = fresh_experience(TINY), simulation_scaling(TINY)
-    together = runs.train_together(SEEDS, source, scaling, folders)
+    together = train_together(SEEDS, folders)
     motors = np.ones((5, 2, 2), np.float32)
     for config, folder, run in zip(SEEDS, folders, together, strict=True):
         alone = trained(tmp_path / "alone" / folder.name, config)
@@ -135,13 +131,12 @@ def test_in_one_program_a_seed_that_is_behind_catches_up(tmp_path):
         if record["epoch"] == 4:
             raise KeyboardInterrupt
 
-    source, scaling = fresh_experience(TINY), simulation_scaling(TINY)
     whole = [tmp_path / "whole" / name for name in "ab"]
     parted = [tmp_path / "parted" / name for name in "ab"]
-    runs.train_together(SEEDS, source, scaling, whole)
+    train_together(SEEDS, whole)
     with pytest.raises(KeyboardInterrupt):
-        trained(parted[0], watch=stop)
-    runs.train_together(SEEDS, source, scaling, parted, resume=True)
+        trained(parted[0], callback=stop)
+    train_together(SEEDS, parted, resume=True)
     for one, other in zip(whole, parted, strict=True):
         ours, theirs = load_run(one), load_run(other)
         assert [record["epoch"] for record in theirs.log] == list(range(1, 121))
@@ -149,13 +144,12 @@ def test_in_one_program_a_seed_that_is_behind_catches_up(tmp_path):
 
 
 def test_a_loss_that_is_not_finite_stops_all_seeds_and_keeps_what_was_good(tmp_path):
-    source, scaling = fresh_experience(TINY), simulation_scaling(TINY)
     broken = [
         replace(config, training=replace(config.training, learning_rate=1e30)) for config in SEEDS
     ]
     folders = [tmp_path / "first", tmp_path / "second"]
     with pytest.raises(UserError, match="no longer finite"):
-        runs.train_together(broken, source, scaling, folders)
+        train_together(broken, folders)
     assert (folders[1] / "checkpoint.safetensors").exists()
     assert not (folders[0] / "weights.safetensors").exists()
 
@@ -175,7 +169,7 @@ def test_a_broken_configuration_is_refused(tmp_path):
     described = json.loads(path.read_text())
     described["config"]["training"]["epoch"] = 3
     path.write_text(json.dumps(described))
-    with pytest.raises(UserError, match="not one of this version"):
+    with pytest.raises(UserError, match="of another version"):
         load_run(tmp_path)
     path.write_text("{")
     with pytest.raises(UserError, match="configuration cannot be read"):
@@ -191,7 +185,7 @@ def test_an_unfinished_run_is_not_loaded(tmp_path):
         load_run(tmp_path)
 
 
-def test_dead_codes_are_reported_as_collapsed(tmp_path):
+def test_codes_that_do_not_vary_are_reported_as_collapsed(tmp_path):
     run = trained(tmp_path)
     assert not run.collapsed
     assert replace(run, log=({**run.log[-1], "code_variance": 1e-9},)).collapsed

@@ -1,7 +1,7 @@
 """What every motor encoder answers, and the encoders there are by name."""
 
 import abc
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
@@ -41,10 +41,12 @@ class AbstractMotorEncoder(eqx.Module):
     """Whether it encodes sequences longer than those it was made for."""
 
     @classmethod
-    def create(cls, size: EncoderSize, *, key: Key) -> Self:
+    def create(cls, size: EncoderSize, *, key: Key) -> "AbstractMotorEncoder":
         """An encoder with initial weights; by default `cls(motor, hidden, code size, key=key)`."""
         made: Any = cls
-        encoder: Self = made(size.motor_size, size.hidden_size, size.code_size, key=key)
+        encoder: AbstractMotorEncoder = made(
+            size.motor_size, size.hidden_size, size.code_size, key=key
+        )
         return encoder
 
     @abc.abstractmethod

@@ -1,6 +1,6 @@
 """Encoders to compare with: of no order, of no recurrence, of no motors, of the code itself."""
 
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -34,7 +34,7 @@ class FlatEncoder(AbstractMotorEncoder):
     mlp: eqx.nn.MLP
 
     @classmethod
-    def create(cls, size: EncoderSize, *, key: Key) -> Self:
+    def create(cls, size: EncoderSize, *, key: Key) -> "FlatEncoder":
         in_size = size.horizon * size.motor_size
         return cls(code_mlp(in_size, size.hidden_size, size.code_size, key=key))
 
@@ -50,7 +50,7 @@ class ConstantEncoder(AbstractMotorEncoder):
     code_size: int = eqx.field(static=True)
 
     @classmethod
-    def create(cls, size: EncoderSize, *, key: Key) -> Self:
+    def create(cls, size: EncoderSize, *, key: Key) -> "ConstantEncoder":
         del key
         return cls(size.code_size)
 
@@ -66,7 +66,7 @@ class IdentityEncoder(AbstractMotorEncoder):
     any_length: ClassVar[bool] = False
 
     @classmethod
-    def create(cls, size: EncoderSize, *, key: Key) -> Self:
+    def create(cls, size: EncoderSize, *, key: Key) -> "IdentityEncoder":
         del size, key
         return cls()
 
