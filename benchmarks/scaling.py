@@ -18,7 +18,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from benchmarks.__main__ import OUT, machine
 from benchmarks.harness import best_seconds
-from benchmarks.whole_table import side_by_side
+from benchmarks.suites.whole_table import side_by_side
 from motorspace._files import write_json
 from motorspace._types import Pose
 from motorspace.training.config import RunConfig

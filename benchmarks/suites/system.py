@@ -8,10 +8,10 @@ import torch
 
 from benchmarks.harness import Contender, Launch, report, take_turns
 from benchmarks.roofline import fma_peak
-from benchmarks.sampling import motorspace
-from benchmarks.sensing import LAYOUT
-from benchmarks.training import Fused, Paper, Unrolled, pytorch
-from benchmarks.trajectories import vmas
+from benchmarks.suites.sampling import motorspace
+from benchmarks.suites.sensing import LAYOUT
+from benchmarks.suites.training import Fused, Paper, Unrolled, pytorch
+from benchmarks.suites.trajectories import vmas
 from motorspace.training.config import RunConfig
 from motorspace.training.settings import changed
 from motorspace.training.sources import source_of

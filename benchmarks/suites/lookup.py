@@ -10,7 +10,7 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from benchmarks.harness import Contender, Launch, report, take_turns
-from benchmarks.sensing import (
+from benchmarks.suites.sensing import (
     FAN,
     LAYOUT,
     MAX_RANGE,

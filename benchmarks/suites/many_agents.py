@@ -9,8 +9,8 @@ import torch
 
 import motorspace.environments  # noqa: F401, which registers the environments
 from benchmarks.harness import Contender, Launch, report, take_turns
-from benchmarks.sensing import LAYOUT, MAX_RANGE, NUM_RAYS
-from benchmarks.trajectories import vmas_moves
+from benchmarks.suites.sensing import LAYOUT, MAX_RANGE, NUM_RAYS
+from benchmarks.suites.trajectories import vmas_moves
 from motorspace.worlds.layouts import layout
 from motorspace.worlds.world import WalledWorld
 
