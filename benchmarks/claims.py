@@ -34,8 +34,7 @@ def claims(rows: Sequence[Mapping[str, Any]], reasons: Sequence[Reason] = ()) ->
 def _claim(row: Mapping[str, Any], goal: Goal) -> Claim:
     rate = f"{row['work']}, {row['threads']} threads: rate over that of {row['peer']}"
     named = f"{goal.claim or rate}" + f", in {goal.measure}" * (goal.measure != "ratio")
-    bounds = {"at_least": goal.at_least, "at_most": goal.at_most}
-    target = Target(named, goal.measure, every_seed=True, **bounds)
+    target = Target(named, goal.measure, goal.at_least, goal.at_most, every_seed=True)
     return Claim(target, Row("benchmarks", {}, 0, {}), _measured(row, goal))
 
 
