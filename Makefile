@@ -48,7 +48,7 @@ tutorials: $(STAMP)
 	$(BIN)/python -m docs.run_tutorials
 
 # The site in site/index.html. Broken links and missing references fail.
-docs: .venv/.docs
+docs: $(STAMP)
 	$(BIN)/python -m docs.drawings
 	$(BIN)/python -m docs.reference
 	$(BIN)/zensical build --strict --clean

@@ -12,7 +12,6 @@ import numpy as np
 from jaxtyping import Float, Int
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from sklearn.decomposition import FastICA
 
 import motorspace as ms
 from docs.drawings import BLUE, CARD, FAINT, INK, ORANGE, PICTURES, STYLE
@@ -25,10 +24,8 @@ Numbers = Float[np.ndarray, "..."]
 def main() -> None:
     """Train a network and draw it."""
     agent = ms.HolonomicAgent()
-    config = ms.RunConfig(
-        ms.Simulated(agent=agent), training=ms.TrainingConfig(epochs=400), preset="best"
-    )
-    run = ms.train(config)
+    config = ms.RunConfig(ms.Simulated(agent=agent), preset="best")
+    run = ms.train(ms.changed(config, {"epochs": 400}))
     scenario = config.data.scenario()
     walk = ms.sample(scenario, num=12_000, horizon=6, key=jax.random.key(3))
     motors = np.asarray(walk.experience.motors)
@@ -99,8 +96,7 @@ def _cloud(axes: Axes, points: Numbers, colours: Numbers, reach: float) -> None:
 
 def independent(codes: Float[np.ndarray, "N C"]) -> Float[np.ndarray, "N 4"]:
     """Four independent components, those of a circle first: they are the least peaked."""
-    ica = FastICA(4, fun="cube", whiten="unit-variance", max_iter=2000, tol=1e-6, random_state=0)
-    found = ica.fit_transform(codes)
+    found = ms.ica(codes, 4)
     return np.asarray(found[:, np.argsort((found**4).mean(axis=0))])
 
 

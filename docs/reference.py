@@ -74,13 +74,17 @@ def _public(rooms: list[str]) -> str:
         "that defines it.",
         "| name | what it is |\n|---|---|",
     ]
+    places = set()
     for name in sorted(_names(), key=str.lower):
         value = getattr(ms, name)
         place = f"{value.__module__}.{value.__qualname__}"
+        places.add(place)
         summary = (value.__doc__ or "").strip().split("\n\n")[0]
         text[-1] += f"\n| [`{name}`][{place}] | {' '.join(summary.split())} |"
     text.append("## By room")
     text.append("\n".join(f"- [motorspace.{room}]({room}.md)" for room in rooms))
+    text.append("## In no room")
+    text += [f"::: {place}" for place in sorted(places) if place.split(".")[1] not in rooms]
     return "\n\n".join(text) + "\n"
 
 

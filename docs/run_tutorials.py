@@ -1,10 +1,11 @@
 """Run the tutorials and write their pages: `python -m docs.run_tutorials [NAME ...]`.
 
 A tutorial is a script in cells. A cell that begins with `# %% [markdown]` is text, in comments;
-one that begins with `# %%` is code. The page shows text, code, what the code prints, and every
-figure that it leaves open.
+one that begins with `# %%` is code. The page shows text, code, what the code prints, every figure
+that it leaves open, and the figure that its last line gives, if it gives one.
 """
 
+import ast
 import contextlib
 import io
 import itertools
@@ -85,20 +86,28 @@ def run(path: Path, changes: Mapping[str, Any] = {}) -> tuple[str, dict[str, byt
 
 
 def executed(cell: Cell, names: dict[str, Any], path: Path) -> tuple[str, list[bytes]]:
-    """What a piece of code prints, and the figures that it leaves open."""
+    """What a piece of code prints, and the figures that it makes."""
     import matplotlib.pyplot as plt
+    from matplotlib.figure import Figure
 
-    printed = io.StringIO()
+    # The lines of a traceback are those of the script.
+    code = ast.parse("\n" * cell.line + cell.source, str(path))
+    last = code.body.pop().value if isinstance(code.body[-1], ast.Expr) else None
+    printed, value = io.StringIO(), None
     with contextlib.redirect_stdout(printed):
-        # The lines of a traceback are those of the script.
-        exec(compile("\n" * cell.line + cell.source, str(path), "exec"), names)
-    drawn = []
-    for number in plt.get_fignums():
-        buffer = io.BytesIO()
-        plt.figure(number).savefig(buffer, format="png", dpi=110)
-        drawn.append(buffer.getvalue())
+        exec(compile(code, str(path), "exec"), names)
+        if last is not None:
+            value = eval(compile(ast.Expression(last), str(path), "eval"), names)
+    figures = [plt.figure(number) for number in plt.get_fignums()]
+    figures += [value] * (isinstance(value, Figure) and value not in figures)
     plt.close("all")
-    return printed.getvalue().rstrip(), drawn
+    return printed.getvalue().rstrip(), [_png(figure) for figure in figures]
+
+
+def _png(figure: Any) -> bytes:
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=110)
+    return buffer.getvalue()
 
 
 def _title(parts: list[str]) -> str:

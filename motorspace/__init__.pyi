@@ -4,10 +4,18 @@ from ._kinds import register as register
 from ._types import Pose as Pose
 from .analysis.measures import Measure as Measure
 from .analysis.measures import measure as measure
+from .analysis.projections import ica as ica
+from .analysis.projections import pca as pca
 from .analysis.topology import Topology as Topology
 from .analysis.topology import topology as topology
 from .evaluation.evaluate import Evaluation as Evaluation
 from .evaluation.evaluate import evaluate as evaluate
+from .evaluation.structure import run_topology as run_topology
+from .export.arrays import export_arrays as export_arrays
+from .export.compare import compare as compare
+from .export.onnx import export_onnx as export_onnx
+from .export.standalone import export_numpy as export_numpy
+from .export.tensorboard import TensorBoardLog as TensorBoardLog
 from .models.config import ModelConfig as ModelConfig
 from .models.encoders.base import AbstractMotorEncoder as AbstractMotorEncoder
 from .recordings.readers.base import AbstractReader as AbstractReader
@@ -15,6 +23,13 @@ from .recordings.readers.base import read_log as read_log
 from .recordings.record import record as record
 from .recordings.recording import Recording as Recording
 from .recordings.windows import windows as windows
+from .reports.codes_view import codes_view as codes_view
+from .reports.figures.codes import codes_figure as codes_figure
+from .reports.figures.measures import curves_figure as curves_figure
+from .reports.figures.measures import learning_figure as learning_figure
+from .reports.figures.worlds import trajectories_figure as trajectories_figure
+from .reports.figures.worlds import world_figure as world_figure
+from .reports.topology_page import topology_page as topology_page
 from .training.config import RunConfig as RunConfig
 from .training.config import TrainingConfig as TrainingConfig
 from .training.data import Derived as Derived
@@ -24,6 +39,7 @@ from .training.data import Simulated as Simulated
 from .training.run import Run as Run
 from .training.run import load_run as load_run
 from .training.run import train as train
+from .training.settings import changed as changed
 from .trajectories.sampling import sample as sample
 from .trajectories.transitions import Displacements as Displacements
 from .trajectories.transitions import Experience as Experience
@@ -32,6 +48,7 @@ from .worlds.agents import AbstractAgent as AbstractAgent
 from .worlds.agents import ForwardAgent as ForwardAgent
 from .worlds.agents import HolonomicAgent as HolonomicAgent
 from .worlds.agents import LatticeAgent as LatticeAgent
+from .worlds.layouts import layout as layout
 from .worlds.layouts import layout_names as layout_names
 from .worlds.rooms import random_rooms as random_rooms
 from .worlds.scenario import Scenario as Scenario
@@ -42,5 +59,6 @@ from .worlds.simulation import rollout as rollout
 from .worlds.spaces import ContinuousCommands as ContinuousCommands
 from .worlds.spaces import DiscreteCommands as DiscreteCommands
 from .worlds.spaces import SensorSpace as SensorSpace
+from .worlds.stacking import stack_worlds as stack_worlds
 from .worlds.world import LatticeWorld as LatticeWorld
 from .worlds.world import WalledWorld as WalledWorld

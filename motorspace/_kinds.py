@@ -49,6 +49,11 @@ class Parameter:
         if self.positive and not 0 < value < math.inf:
             raise UserError(f"{self.name} must be above 0{unit}, got {shown}")
 
+    def exact(self, value: Any) -> Any:
+        """The value, a whole number for a float as that float: equal parts have equal JSON."""
+        whole = isinstance(value, int) and not isinstance(value, bool)
+        return float(value) if whole and isinstance(self.default, float) else value
+
 
 @dataclasses.dataclass(frozen=True)
 class Part:
@@ -113,7 +118,7 @@ class Registry(Generic[T]):
         """Raise `UserError` unless there is such a kind."""
         if kind in self.names:
             return
-        near = get_close_matches(kind, self.names, 1)
+        near = get_close_matches(str(kind), self.names, 1)
         raise UserError(
             f"there is no {self.family} named {kind!r}"
             + "".join(f" (perhaps {name!r})" for name in near),
@@ -145,12 +150,14 @@ class Registry(Generic[T]):
         for parameter in self.parameters(kind):
             if parameter.name in options:
                 parameter.check(options[parameter.name])
-        return Part(kind, tuple((known | dict(options)).items()))
+        made = known | dict(options)
+        return Part(kind, tuple((p.name, p.exact(made[p.name])) for p in self.parameters(kind)))
 
     def part_of(self, value: T) -> Part:
         """The part that describes an object. Raises `UserError` for an unregistered class."""
         kind = self._kind_of(type(value))
-        return Part(kind, tuple((p.name, getattr(value, p.name)) for p in self.parameters(kind)))
+        options = ((p.name, p.exact(getattr(value, p.name))) for p in self.parameters(kind))
+        return Part(kind, tuple(options))
 
     def build(self, part: Part) -> T:
         """The object that a part describes. Raises `UserError` for options that do not fit."""

@@ -94,7 +94,8 @@ def train_and_measure(job: Job, folder: Path) -> Metrics:
 
     from motorspace.analysis.projections import pca
     from motorspace.evaluation.evaluate import evaluate
-    from motorspace.evaluation.structure import equivalence, sampled, subject_of, values
+    from motorspace.evaluation.structure import equivalence, sampled, values
+    from motorspace.evaluation.subject import subject_of
     from motorspace.training.run import train
 
     assert isinstance(job.config, RunConfig)

@@ -1,7 +1,7 @@
 """What all tests share."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import jax
@@ -21,9 +21,20 @@ CACHE = str(Path(__file__).parents[1] / ".pytest_cache" / "jax")
 os.environ["JAX_COMPILATION_CACHE_DIR"] = CACHE
 jax.config.update("jax_compilation_cache_dir", CACHE)
 
+# Types and shapes meet only as they are written: nothing is widened in silence.
+jax.config.update("jax_numpy_dtype_promotion", "strict")
+jax.config.update("jax_numpy_rank_promotion", "raise")
+
 
 @pytest.fixture
 def getkey() -> Callable[[], jax.Array]:
     """A function that gives a new key at every call; the same ones in every session."""
     keys = iter(jax.random.split(jax.random.key(20180513), 64))
     return lambda: next(keys)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def forget_compiled_programs() -> Iterator[None]:
+    """Programs of one module are of no use to the next, and fill gigabytes."""
+    yield
+    jax.clear_caches()

@@ -41,7 +41,7 @@ def test_the_contract_holds(copy):
     [
         ("worlds/walls.py", "motorspace.trajectories"),
         ("trajectories/sampling.py", "motorspace.training"),
-        ("analysis/probes.py", "motorspace.training.runs"),
+        ("analysis/probes.py", "motorspace.training.run"),
         ("_types.py", "motorspace.worlds"),
     ],
 )

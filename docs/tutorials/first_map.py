@@ -5,13 +5,11 @@
 # network's codes turn out to be a map of where the agent went.
 
 # %%
-import dataclasses
 import math
 
 import jax
 import matplotlib.pyplot as plt
 import numpy as np
-from sklearn.decomposition import FastICA
 
 import motorspace as ms
 
@@ -40,8 +38,7 @@ print("sensors later", walk.experience.later_sensors.shape)
 # `best` encodes every command as a matrix; without it you get the paper's LSTM.
 
 # %%
-short = dataclasses.replace(config.training, epochs=EPOCHS)
-run = ms.train(dataclasses.replace(config, training=short))
+run = ms.train(ms.changed(config, {"epochs": EPOCHS}))
 errors = np.array([record["prediction_loss"] for record in run.log])
 
 figure, axes = plt.subplots(figsize=(7, 3), layout="constrained")
@@ -63,8 +60,7 @@ axes.spines[["top", "right"]].set_visible(False)
 # %%
 codes = np.asarray(run.encode(walk.experience.motors))
 ahead, aside, turn = np.asarray(walk.displacements.nominal).T
-ica = FastICA(4, fun="cube", whiten="unit-variance", random_state=0, max_iter=2000)
-components = ica.fit_transform(codes)
+components = ms.ica(codes, 4)
 components = components[:, np.argsort((components**4).mean(axis=0))]  # the ring is least peaked
 
 figure, panels = plt.subplots(1, 3, figsize=(10, 3.5), layout="constrained")

@@ -77,9 +77,9 @@ for name, report in reports.items():
     print(f"{name:16}" + "".join(f"{report[key]:>20.3f}" for key in keys))
 
 # %% [markdown]
-# The sum knows the net turn, but not where the agent went. The random network has a trace of
-# everything and a map of nothing. Noise lowers every row a little, which is what a measure should
-# do.
+# The sum knows how far and how much, but since it ignores the order it is blind to one component of
+# the displacement. The random network has a trace of everything and a map of nothing. Noise lowers
+# every row a little, which is what a measure should do.
 
 # %% [markdown]
 # ## A picture

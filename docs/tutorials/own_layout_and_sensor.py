@@ -2,16 +2,14 @@
 # # Your own layout and sensor
 #
 # A world is a text file, and a sensor is a class of some twenty lines. This tutorial draws a flat,
-# gives the agent three sonars in place of nine thin rays, and asks what that costs.
+# gives the agent five sonars in place of nine thin rays, and asks what that costs.
 
 # %%
-import dataclasses
 import math
 from pathlib import Path
 
 import equinox as eqx
 import jax
-import matplotlib.pyplot as plt
 import numpy as np
 
 import motorspace as ms
@@ -50,7 +48,7 @@ solid   3 10  6 10  6 12  3 12
 class Sonars(ms.AbstractSensor):
     """The nearest distance in each of `num` cones that together cover half a circle."""
 
-    num: int = eqx.field(static=True, default=3)
+    num: int = eqx.field(static=True, default=5)
     """How many cones."""
 
     def space(self, world):
@@ -84,30 +82,23 @@ check_sensor(Sonars())
 
 # %%
 scenario = ms.Scenario(Path("flat.layout"), ms.ForwardAgent(max_rotation=0.8 * math.pi), Sonars())
-pose = scenario.start(key=jax.random.key(7))
+pose = scenario.start(key=jax.random.key(1))
 
-figure, axes = plt.subplots(figsize=(6, 4.2), layout="constrained")
-for wall in np.asarray(scenario.world.walls):
-    axes.plot(*wall.T, color="#1f2633", lw=2)
-for ray in scenario.sensor.rays(scenario.world, pose):
-    axes.plot(*ray.T, color="#d07c1f", lw=1)
-axes.scatter(pose.x, pose.y, s=70, color="#3867b0", zorder=3)
-axes.set(aspect="equal", xticks=[], yticks=[])
 print("sonars:", np.round(np.asarray(scenario.sense(pose)), 2))
+ms.world_figure(scenario.world, [pose], scenario.sensor)
 
 # %% [markdown]
-# ## What do three sonars cost?
+# ## What do five sonars cost?
 #
-# The same agent in the same flat, once with the paper's nine rays and once with three sonars. Only
+# The same agent in the same flat, once with the paper's nine rays and once with five sonars. Only
 # the sensor differs.
 
 # %%
 reports = {}
-for name, sensor in {"nine rays": ms.RangeFan(), "three sonars": Sonars()}.items():
+for name, sensor in {"nine rays": ms.RangeFan(), "five sonars": Sonars()}.items():
     data = ms.Simulated(scenario.agent, sensor, layout=Path("flat.layout"))
     config = ms.RunConfig(data, preset="best")
-    short = dataclasses.replace(config.training, epochs=EPOCHS)
-    run = ms.train(dataclasses.replace(config, training=short))
+    run = ms.train(ms.changed(config, {"epochs": EPOCHS}))
     walk = ms.sample(data.scenario(), num=NUM, horizon=6, key=jax.random.key(1))
     reports[name] = ms.topology(run.encode(walk.experience.motors), walk.displacements.nominal)
 
@@ -116,7 +107,8 @@ for name, report in reports.items():
 
 # %% [markdown]
 # The sensors say less, and the displacement is found all the same: the code is not made of what
-# is sensed, but of what changes it.
+# is sensed, but of what changes it. Fewer sonars take longer: with three, 200 epochs found nothing
+# and 500 did (R² 0.999, one run each).
 #
 # From the command line the same sensor is `--import my_sensor --sensor sonars`
 # ([how to add a sensor](../how-to/sensor.md)).

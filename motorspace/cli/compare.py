@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from motorspace._files import json_text
-from motorspace.cli.parsing import CommandParser, Usage
+from motorspace.cli.parsing import CommandParser, Usage, count
 from motorspace.training import folder as run_folder
 
 
@@ -16,7 +16,7 @@ def configure(parser: CommandParser, words: Sequence[str]) -> None:
     add("runs", type=Path, nargs="+", metavar="RUN", help="The folders of two or more runs.")
     add(
         "--num",
-        type=int,
+        type=count,
         default=100_000,
         metavar="N",
         help="Fresh trajectories for runs that are not evaluated yet (default: 100000).",

@@ -6,11 +6,15 @@ from collections.abc import Sequence
 
 from motorspace.cli.parsing import CommandParser
 
+SHELLS = ("bash", "zsh", "tcsh")
+
 
 def configure(parser: CommandParser, words: Sequence[str]) -> None:
     """The flags of the command."""
     del words
-    parser.add_argument("shell", choices=("bash", "zsh", "tcsh"), help="The shell.")
+    parser.add_argument(
+        "shell", choices=SHELLS, metavar="SHELL", help=f"The shell: {', '.join(SHELLS)}."
+    )
 
 
 def run(options: argparse.Namespace) -> None:

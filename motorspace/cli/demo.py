@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from motorspace.cli.parsing import CommandParser
+from motorspace.cli.parsing import CommandParser, seed
 
 
 def configure(parser: CommandParser, words: Sequence[str]) -> None:
@@ -18,7 +18,7 @@ def configure(parser: CommandParser, words: Sequence[str]) -> None:
         help="Folder of the runs and the page (default: demo).",
     )
     parser.add_argument(
-        "--seed", type=int, default=0, metavar="N", help="Seed of the runs (default: 0)."
+        "--seed", type=seed, default=0, metavar="N", help="Seed of the runs (default: 0)."
     )
 
 

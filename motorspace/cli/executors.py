@@ -2,7 +2,7 @@
 
 import argparse
 
-from motorspace.cli.parsing import CommandParser
+from motorspace.cli.parsing import CommandParser, count
 from motorspace.running.executors import Executor, OneProgram
 
 
@@ -11,7 +11,7 @@ def add_executor_flags(parser: CommandParser) -> None:
     add = parser.add_argument_group("where the runs are trained").add_argument
     add(
         "--jobs",
-        type=int,
+        type=count,
         default=2,
         metavar="N",
         help="Processes of this machine (default: 2). On an accelerator the seeds of a cell train "

@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from motorspace.cli.parsing import CommandParser, Usage
+from motorspace.cli.parsing import CommandParser, Usage, count, seed
 from motorspace.training import folder as run_folder
 
 
@@ -15,7 +15,7 @@ def configure(parser: CommandParser, words: Sequence[str]) -> None:
     add("run", type=Path, metavar="RUN", help="The run's folder.")
     add(
         "--num",
-        type=int,
+        type=count,
         default=None,
         metavar="N",
         help="Write codes, displacements, motors and sensors of N fresh trajectories.",
@@ -40,7 +40,7 @@ def configure(parser: CommandParser, words: Sequence[str]) -> None:
         metavar="FOLDER",
         help="Folder to write (default: export).",
     )
-    add("--seed", type=int, default=0, metavar="N", help="Seed of the trajectories.")
+    add("--seed", type=seed, default=0, metavar="N", help="Seed of the trajectories.")
     add("--force", action="store_true", default=False, help="Replace files that are there.")
 
 

@@ -4,12 +4,14 @@ import importlib
 import itertools
 import os
 import sys
+import traceback
+import warnings
 from collections.abc import Sequence
 from difflib import get_close_matches
 from typing import NamedTuple
 
 from motorspace._errors import UserError
-from motorspace.cli.parsing import CommandParser, Usage
+from motorspace.cli.parsing import CommandParser, Usage, note
 
 
 class Command(NamedTuple):
@@ -17,18 +19,24 @@ class Command(NamedTuple):
 
     module: str
     help: str
+    goes_on: str = ""
+    """How a person goes on with what was interrupted."""
 
+
+AGAIN = "the same command"
 
 COMMANDS = {
     "demo": Command("demo", "train a forward agent in a few minutes and write a page about it"),
-    "train": Command("train", "train a network, in simulation or on a robot's log"),
+    "train": Command("train", "train a network, in simulation or on a robot's log", "--resume"),
     "evaluate": Command("evaluate", "measure a run on data that training never saw"),
     "topology": Command("topology", "measure how codes are structured by displacement"),
     "compare": Command("compare", "show what two or more runs differ in"),
     "export": Command("export", "write a run's codes, and its network for other programs"),
     "inspect": Command("inspect", "describe a robot's log"),
-    "reproduce": Command("reproduce", "run the paper's experiments and the studies beyond them"),
-    "sweep": Command("sweep", "run a grid or a random search over any setting"),
+    "reproduce": Command(
+        "reproduce", "run the paper's experiments and the studies beyond them", AGAIN
+    ),
+    "sweep": Command("sweep", "run a grid or a random search over any setting", AGAIN),
     "completion": Command("completion", "print a completion script for a shell"),
 }
 
@@ -41,9 +49,10 @@ def main(argv: Sequence[str] | None = None) -> None:
     except UserError as error:
         _end(f"motorspace: {error}", 2)
     except KeyboardInterrupt:
-        _end("motorspace: stopped; --resume continues", 130)
-    except BrokenPipeError:
-        os.close(sys.stdout.fileno())
+        how = COMMANDS[words[0]].goes_on
+        _end("motorspace: stopped" + (f"; {how} continues" if how else ""), 130)
+    except BrokenPipeError:  # as of `| head`; what is still buffered goes nowhere
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def run(words: Sequence[str]) -> None:
@@ -57,6 +66,11 @@ def run(words: Sequence[str]) -> None:
         print(f"motorspace {version('motorspace')}")
         return
     name, *rest = words
+    if name.startswith("-"):
+        raise Usage(
+            f"the flag {name} does not exist, or belongs to a command",
+            remedy="begin with a command: motorspace COMMAND [options]",
+        )
     if name not in COMMANDS:
         near = get_close_matches(name, COMMANDS, 1)
         raise Usage(
@@ -66,8 +80,10 @@ def run(words: Sequence[str]) -> None:
     module = importlib.import_module(f"motorspace.cli.{COMMANDS[name].module}")
     _import_modules(rest)
     parser = command_parser(name)
-    module.configure(parser, rest)
-    module.run(parser.parse(rest))
+    with warnings.catch_warnings():
+        warnings.showwarning = lambda message, *_, **__: note(str(message))
+        module.configure(parser, rest)
+        module.run(parser.parse(rest))
 
 
 def command_parser(name: str) -> CommandParser:
@@ -86,19 +102,47 @@ def command_parser(name: str) -> CommandParser:
 
 def _import_modules(words: Sequence[str]) -> None:
     """Import what `--import` names. Only the person at the command line can ask for that."""
-    names = [after for word, after in itertools.pairwise(words) if word == "--import"]
+    names = [
+        after
+        for word, after in itertools.pairwise(words)
+        if word == "--import" and not after.startswith("-")
+    ]
     names += [word.partition("=")[2] for word in words if word.startswith("--import=")]
     if names and os.getcwd() not in sys.path:
         sys.path.insert(0, os.getcwd())
     for name in names:
-        try:
-            importlib.import_module(name)
-        except ModuleNotFoundError as error:
-            raise UserError(
-                f"there is no module {error.name!r}",
-                where=f"--import {name}",
-                remedy="give the name of a module in this folder, or of one that is installed",
-            ) from None
+        _import_module(name)
+
+
+def _import_module(name: str) -> None:
+    try:
+        importlib.import_module(name)
+    except UserError:
+        raise
+    except ModuleNotFoundError as error:
+        missing = error.name or name
+        remedy = f"install {missing!r}, which it imports"
+        if name == missing or name.startswith(f"{missing}."):
+            remedy = (
+                "give the name of a module in this folder, without .py, or of one that is installed"
+            )
+        raise UserError(
+            f"there is no module {missing!r}", where=f"--import {name}", remedy=remedy
+        ) from None
+    except Exception as error:  # the module is the person's own, and may fail in any way
+        raise UserError(
+            f"the module cannot be imported ({_place(error)}{type(error).__name__}: {error})",
+            where=f"--import {name}",
+            remedy="mend it",
+        ) from None
+
+
+def _place(error: Exception) -> str:
+    """Where the last frame of an error is, as FILE:LINE."""
+    if isinstance(error, SyntaxError):
+        return ""
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{last.filename}:{last.lineno}: "
 
 
 def general_help() -> str:

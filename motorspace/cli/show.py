@@ -14,8 +14,18 @@ def show(results: Mapping[str, Any], *, as_json: bool) -> None:
         return
     width = max(32, *(len(name) for name, _ in _flat(results)))
     for name, value in _flat(results):
-        shown = f"{value:.6g}" if isinstance(value, float) else value
-        print(f"{name:<{width}} {shown}")
+        for part in value if _sentences(value) else [value]:
+            print(
+                f"{name:<{width}} {part:.6g}"
+                if isinstance(part, float)
+                else f"{name:<{width}} {part}"
+            )
+            name = ""
+
+
+def _sentences(value: Any) -> bool:
+    """Whether a value is several sentences, which get a line each."""
+    return isinstance(value, list | tuple) and all(isinstance(part, str) for part in value)
 
 
 def _flat(results: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -1,13 +1,17 @@
 """`motorspace topology`."""
 
 import argparse
-import warnings
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from motorspace._errors import UserError
 from motorspace._files import json_text, write_atomically
-from motorspace.cli.parsing import CommandParser, note
+from motorspace.cli.located import add_data_flag, data_of
+from motorspace.cli.parsing import CommandParser, Usage, seed
+
+if TYPE_CHECKING:
+    from motorspace.evaluation.structure import Sampled
 
 
 def configure(parser: CommandParser, words: Sequence[str]) -> None:
@@ -51,53 +55,62 @@ def configure(parser: CommandParser, words: Sequence[str]) -> None:
         help="Measure a run's codes with unit, body point and readout standardised (encoder "
         "matrix_product only).",
     )
-    add("--seed", type=int, default=0, metavar="N", help="Seed of the random subsets of pairs.")
+    add_data_flag(parser)
+    add("--seed", type=seed, default=0, metavar="N", help="Seed of the random subsets of pairs.")
     add("--json", action="store_true", default=False, help="Print the measures as JSON.")
 
 
 def run(options: argparse.Namespace) -> None:
     """Measure codes, or those of a run."""
-    with warnings.catch_warnings():
-        warnings.showwarning = lambda message, *_, **__: note(str(message))
-        found = _of_files(options) if options.displacements else _of_run(options)
+    found = _of_files(options) if options.displacements else _of_run(options)
     from motorspace.analysis.projections import pca
     from motorspace.reports.topology_page import topology_page
 
+    # The numbers first: they are there even if the page cannot be written.
+    if options.json:
+        print(json_text({key: float(value) for key, value in found.topology.items()}))
+    else:
+        print(found.topology)
     what = "codes in standard form" if options.standard_form else "codes"
     coordinates = pca(found.codes).coordinates
     page = topology_page(found.topology, coordinates, found.displacements, what=what)
     write_atomically(options.out, page.encode())
-    if options.json:
-        print(json_text({key: float(value) for key, value in found.topology.items()}))
-    else:
-        print(f"{found.topology}\nopen {options.out}")
+    if not options.json:
+        print(f"open {options.out}")
 
 
-def _of_run(options: argparse.Namespace):  # type: ignore[no-untyped-def]
-    from motorspace.training import folder as run_folder
-
+def _of_run(options: argparse.Namespace) -> "Sampled":
     if options.codes.is_file():
         raise UserError(
             "codes alone cannot be measured",
             where=options.codes,
             remedy="give their displacements too: motorspace topology CODES DISPLACEMENTS",
         )
-    run_folder.read_description(options.codes)
+    if options.motors is not None:
+        raise Usage(
+            "a run's motor commands are known",
+            where="--motors",
+            remedy="leave it out, or give codes and displacements",
+        )
+    data = data_of(options.codes, options.data, command="topology")
     from motorspace.cli.runtime import prepare_jax
 
     prepare_jax()
     from motorspace.evaluation.structure import run_topology
     from motorspace.training.run import load_run
 
-    return run_topology(load_run(options.codes), seed=options.seed, standard=options.standard_form)
+    run = load_run(options.codes)
+    return run_topology(run, data=data, seed=options.seed, standard=options.standard_form)
 
 
-def _of_files(options: argparse.Namespace):  # type: ignore[no-untyped-def]
-    if options.standard_form:
-        raise UserError(
-            "codes from files are measured as they are",
-            remedy="leave --standard-form out, or give the folder of a run alone",
-        )
+def _of_files(options: argparse.Namespace) -> "Sampled":
+    for name, given in (("--standard-form", options.standard_form), ("--data", options.data)):
+        if given:
+            raise Usage(
+                "codes from files are measured as they are",
+                where=name,
+                remedy="leave it out, or give the folder of a run alone",
+            )
     from motorspace._arrays import read_array
 
     codes = read_array(options.codes, name="codes")

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from motorspace._errors import UserError
-from motorspace.cli.parsing import CommandParser, Usage, existing, note
+from motorspace.cli.executors import add_executor_flags, executor_of
+from motorspace.cli.parsing import CommandParser, Usage, count, existing, note
 from motorspace.training import folder as run_folder
 from motorspace.training.config import RunConfig
 from motorspace.training.presets import PRESETS
@@ -31,6 +32,8 @@ OWN = (
     "resume",
     "seeds",
     "jobs",
+    "address",
+    "gpus",
     "tensorboard",
     "imports",
 )
@@ -54,11 +57,8 @@ def run(options: argparse.Namespace) -> None:
     settings = {name: value for name, value in vars(options).items() if name not in OWN}
     config, name = _config(options, settings)
     folder = options.out or Path("runs") / f"{name}-{config.training.seed}"
-    if options.seeds < 1 or (options.seeds > 1 and options.tensorboard):
-        raise Usage(
-            f"--seeds is {options.seeds}",
-            remedy="ask for at least one seed, and for one at a time with --tensorboard",
-        )
+    if options.seeds > 1 and options.tensorboard:
+        raise Usage("--tensorboard takes one seed at a time", remedy="leave out --seeds")
     if options.seeds > 1:
         _train_seeds(config, folder, options)
         return
@@ -114,18 +114,18 @@ def _own_flags(parser: CommandParser) -> None:
     add("--resume", action="store_true", default=False, help="Continue the run in this folder.")
     add(
         "--seeds",
-        type=int,
+        type=count,
         default=1,
         metavar="N",
         help="Networks to train, one per seed, in folders seedN (default: 1).",
     )
-    add("--jobs", type=int, default=2, metavar="N", help="Networks trained at once (default: 2).")
     add(
         "--tensorboard",
         action="store_true",
         default=False,
         help="Also write scalars for TensorBoard.",
     )
+    add_executor_flags(parser)
 
 
 def _first_look(words: Sequence[str]) -> argparse.Namespace:
@@ -212,8 +212,7 @@ def _train_seeds(config: RunConfig, folder: Path, options: argparse.Namespace) -
         config,
         folder,
         seeds=options.seeds,
-        processes=options.jobs,
+        executor=executor_of(options),
         resume=options.resume,
-        imports=options.imports,
         report=lambda line: print(line, flush=True),
     )

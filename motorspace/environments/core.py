@@ -1,5 +1,6 @@
 """What single and vector environments share: spaces, actions and the compiled step."""
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -8,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from gymnasium import spaces
-from jaxtyping import Array, Bool, Float, Shaped
+from jaxtyping import Array, Float, Shaped
 
 from motorspace._errors import UserError
 from motorspace._forks import refuse_forked
@@ -32,20 +33,23 @@ RENDER_MODES = ("rgb_array",)
 
 
 class Unpacked(NamedTuple):
-    """A step's result as NumPy arrays of their own."""
+    """A step's result as NumPy arrays of their own, or numbers of one agent."""
 
     observation: Float[np.ndarray, "..."]
-    reward: Float[np.ndarray, "*batch"]
-    terminated: Bool[np.ndarray, "*batch"]
     pose: Float[np.ndarray, "*batch 4"]
-    blocked: Bool[np.ndarray, "*batch"]
+    blocked: Any
+    reward: Any
+    terminated: Any
 
 
 def unpack(result: StepResult, space: SensorSpace) -> Unpacked:
     """The parts of a step's result; the readings in the shape of the sensor."""
     row = np.array(result, np.float32)
-    readings = row[..., 7:].reshape(*row.shape[:-1], *space.shape)
-    return Unpacked(readings, row[..., 5], row[..., 6] > 0, row[..., :4], row[..., 4] > 0)
+    if row.ndim == 1:  # numbers are faster than arrays without an axis
+        blocked, reward, done = row[4:7].tolist()
+        return Unpacked(row[7:].reshape(space.shape), row[:4], blocked > 0, reward, done > 0)
+    readings = row[:, 7:].reshape(len(row), *space.shape)
+    return Unpacked(readings, row[:, :4], row[:, 4] > 0, row[:, 5].astype(float), row[:, 6] > 0)
 
 
 class CompiledStep(NamedTuple):
@@ -128,8 +132,7 @@ def checked_action(commands: CommandSpace, action: Any, num: int | None = None) 
     discrete = isinstance(commands, DiscreteCommands)
     shape = batch if discrete else (*batch, commands.size)
     try:
-        array = np.asarray(action)
-        array = array if discrete else array.astype(np.float32)
+        array = np.asarray(action) if discrete else np.asarray(action, np.float32)
     except (TypeError, ValueError):
         raise UserError(f"{each} must be numbers, got {action!r}") from None
     if array.shape != shape:
@@ -141,9 +144,15 @@ def checked_action(commands: CommandSpace, action: Any, num: int | None = None) 
         raise UserError(
             f"{each} must be whole numbers from 0 to {commands.size - 1}, got {action!r}"
         )
-    if not discrete and not np.isfinite(array).all():
+    if not discrete and not _finite(array):
         raise UserError(f"{each} must be finite, got {action!r}")
     return array
+
+
+def _finite(array: Float[np.ndarray, "..."]) -> bool:
+    if array.ndim == 1:  # faster for a few numbers
+        return all(map(math.isfinite, array.tolist()))
+    return bool(np.isfinite(array).all())
 
 
 def _numbers_of_commands(array: np.ndarray, num: int) -> bool:
@@ -192,6 +201,8 @@ class Compiled:
 
     def _set_episode(self, episode: Episode) -> None:
         self.episode, self._compiled = episode, episode.compiled()
+        # Kept, since making them takes longer than a step.
+        self._commands, self._space = episode.scenario.commands, episode.scenario.space
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in vars(self).items() if name != "_compiled"}

@@ -15,15 +15,16 @@ Image = UInt8[np.ndarray, "H W 3"]
 def render(scenario: Scenario, pose: Pose) -> Image:
     """A fresh picture of the world, the agent, its gaze and what it senses."""
     image = np.full((SIZE, SIZE, 3), PAPER, np.uint8)
-    bounds, lines, points, pointer, _ = scenario.world.drawing()
+    drawing = scenario.world.drawing()
+    bounds = drawing.bounds
     for ray in scenario.sensor.rays(scenario.world, pose):
         _line(image, bounds, ray, RAY)
-    for wall in lines:
+    for wall in drawing.lines:
         _line(image, bounds, wall, INK)
-    for point in points:
+    for point in drawing.points:
         _disc(image, bounds, point, 3, INK)
     x, y, gaze = map(float, pose.frame)
-    tip = (x + pointer * np.cos(gaze), y + pointer * np.sin(gaze))
+    tip = (x + drawing.pointer * np.cos(gaze), y + drawing.pointer * np.sin(gaze))
     _disc(image, bounds, np.array([x, y]), 5, BODY)
     _line(image, bounds, np.array([(x, y), tip]), INK)
     return image

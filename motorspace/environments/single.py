@@ -73,17 +73,18 @@ class ExplorationEnv(core.Compiled, gymnasium.Env[Observation, Any]):
         super().reset(seed=seed)
         self._length = self._episode_length()
         self._result, self._steps = self._compiled.begin(core.jax_key(self.np_random)), 0
-        observation, *_, info = self._unpacked(self._result)
-        return observation, info
+        observation, pose, blocked, *_ = core.unpack(self._result, self._space)
+        return observation, {"pose": pose, "blocked": blocked}
 
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         if self._result is None:
             raise gymnasium.error.ResetNeeded("call reset before step")
-        checked = core.checked_action(self.episode.scenario.commands, action)
+        checked = core.checked_action(self._commands, action)
         self._result = self._compiled.advance(self._result, checked)
         self._steps += 1
-        observation, reward, terminated, info = self._unpacked(self._result)
-        return observation, reward, terminated, self._steps >= self._length, info
+        observation, pose, blocked, reward, done = core.unpack(self._result, self._space)
+        info = {"pose": pose, "blocked": blocked}
+        return observation, reward, done, self._steps >= self._length, info
 
     def render(self) -> UInt8[np.ndarray, "H W 3"] | None:
         if self.render_mode is None or self._result is None:
@@ -96,8 +97,3 @@ class ExplorationEnv(core.Compiled, gymnasium.Env[Observation, Any]):
             return float(self.max_steps or MAX_EPISODE_STEPS)
         core.episode_length(self.max_steps, MAX_EPISODE_STEPS)
         return float(self.max_steps or math.inf)
-
-    def _unpacked(self, result: core.StepResult) -> tuple[Observation, float, bool, dict[str, Any]]:
-        step = core.unpack(result, self.episode.scenario.space)
-        info = {"pose": step.pose, "blocked": bool(step.blocked)}
-        return step.observation, float(step.reward), bool(step.terminated), info

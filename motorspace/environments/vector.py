@@ -72,22 +72,22 @@ class ExplorationVectorEnv(core.Compiled, VectorEnv[Observations, Any, Any]):
         super().reset(seed=seed)
         self._results, self._steps = self._begin(), np.zeros(self.num_envs, int)
         self._ended = np.zeros(self.num_envs, bool)
-        unpacked = core.unpack(self._results, self.episode.scenario.space)
+        unpacked = core.unpack(self._results, self._space)
         return unpacked.observation, self._info(unpacked)
 
     def step(self, actions: Any) -> Step:
         if self._results is None:
             raise gymnasium.error.ResetNeeded("call reset before step")
-        checked = core.checked_action(self.episode.scenario.commands, actions, self.num_envs)
+        checked = core.checked_action(self._commands, actions, self.num_envs)
         results, again = self._compiled.advance(self._results, checked), self._ended
         if again.any():
             results = jnp.where(again[:, None], self._begin(), results)
         self._results, self._steps = results, np.where(again, 0, self._steps + 1)
-        unpacked = core.unpack(results, self.episode.scenario.space)
+        unpacked = core.unpack(results, self._space)
         truncated = self._steps >= self.max_steps
         self._ended = truncated | unpacked.terminated
-        reward = unpacked.reward.astype(np.float64)
-        return unpacked.observation, reward, unpacked.terminated, truncated, self._info(unpacked)
+        outcome = unpacked.observation, unpacked.reward, unpacked.terminated
+        return *outcome, truncated, self._info(unpacked)
 
     def render(self) -> tuple[UInt8[np.ndarray, "H W 3"], ...] | None:
         if self.render_mode is None or self._results is None:

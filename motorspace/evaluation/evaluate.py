@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from motorspace._errors import UserError
 from motorspace._types import Key
@@ -19,7 +20,7 @@ from motorspace.evaluation.prediction import (
     prediction_errors,
     with_skill,
 )
-from motorspace.evaluation.sampling import draw_test, named_r2, probe_halves, test_key
+from motorspace.evaluation.sampling import draw_test, named_r2, present_data, probe_halves, test_key
 from motorspace.training.data import Data, Derived, Logged, Simulated
 from motorspace.training.run import Run
 from motorspace.training.sources import derive, logged_data
@@ -78,9 +79,9 @@ def evaluate(
     """
     if num < 1:
         raise UserError(f"num must be at least 1, got {num}")
-    data = run.config.data if data is None else data
+    data = present_data(run, data)
     if test is not None:
-        return Evaluation(_measured_on(run, test, test))
+        return Evaluation(_measured_on_given(run, test))
     match data:
         case Simulated() | Derived(base=Simulated()):
             return Evaluation(_measured_in_simulation(run, data, num))
@@ -121,20 +122,45 @@ def _seen(data: Simulated | Derived, drawn: Trajectories, *, key: Key) -> Experi
 
 def _measured_on(run: Run, fitted: Trajectories, tested: Trajectories) -> Metrics:
     """Errors on some trajectories, and R2 there of a linear probe fitted on others."""
-    test = tested.experience
-    codes = [run.encode(t.experience.motors, t.experience.num_steps) for t in (fitted, tested)]
-    targets = [displacement_targets(t.displacements.achieved) for t in (fitted, tested)]
-    metrics = with_skill(
-        {
-            "prediction.error": mean_squared_error(run.predict(test), test.later_sensors),
-            "prediction.persistence": persistence_error(test),
-            "prediction.mean": mean_error(test, fitted.experience.later_sensors.mean(axis=0)),
-            "prediction.num": len(test),
-        }
-    )
-    metrics["code_variance"] = float(jnp.mean(jnp.var(codes[1], axis=0)))
-    known = jnp.isfinite(targets[0]).all() & jnp.isfinite(targets[1]).all()
+    mean = fitted.experience.later_sensors.mean(axis=0)
+    metrics, codes = _errors_and_codes(run, tested, mean)
+    known = _known(fitted, tested)
     if not known:
         return metrics
-    r2 = linear_probe(codes[0], targets[0], codes[1], targets[1])
+    r2 = linear_probe(_codes(run, fitted), _targets(fitted), codes, _targets(tested))
     return metrics | {f"probe_r2.{name}": value for name, value in named_r2(r2).items()}
+
+
+def _measured_on_given(run: Run, test: Trajectories) -> Metrics:
+    """Errors on some trajectories, and R2 on one half of them of a probe fitted on the other."""
+    metrics, codes = _errors_and_codes(run, test, test.experience.later_sensors.mean(axis=0))
+    if not _known(test):
+        return metrics
+    probes = probe_halves(codes, _targets(test))
+    return metrics | {f"probe_r2.{name}": r2 for name, r2 in probes.items()}
+
+
+def _errors_and_codes(
+    run: Run, tested: Trajectories, mean: Float[Array, " K"]
+) -> tuple[Metrics, Float[Array, "N C"]]:
+    test, codes = tested.experience, _codes(run, tested)
+    errors = {
+        "prediction.error": mean_squared_error(run.predict(test), test.later_sensors),
+        "prediction.persistence": persistence_error(test),
+        "prediction.mean": mean_error(test, mean),
+        "prediction.num": float(len(test)),
+    }
+    return with_skill(errors) | {"code_variance": float(jnp.mean(jnp.var(codes, axis=0)))}, codes
+
+
+def _codes(run: Run, trajectories: Trajectories) -> Float[Array, "N C"]:
+    return run.encode(trajectories.experience.motors, trajectories.experience.num_steps)
+
+
+def _targets(trajectories: Trajectories) -> Float[Array, "N 4"]:
+    return jnp.asarray(displacement_targets(trajectories.displacements.achieved))
+
+
+def _known(*parts: Trajectories) -> bool:
+    """Whether the displacements are: a robot's log may hold no poses."""
+    return all(bool(jnp.isfinite(part.displacements.achieved).all()) for part in parts)

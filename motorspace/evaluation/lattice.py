@@ -48,8 +48,8 @@ def measure_lattice(run: Run, *, num_codes: int = NUM_CODES) -> Metrics:
         "lattice.within_to_total_pose": within_to_total_variance(codes, targets),
     }
     for count in counts:
-        metrics[f"lattice.correct.{count.num_steps}"] = count.correct
-        metrics[f"lattice.valid.{count.num_steps}"] = count.valid
+        metrics[f"lattice.correct.{count.num_steps}"] = float(count.correct)
+        metrics[f"lattice.valid.{count.num_steps}"] = float(count.valid)
     for size in (2, 3):
         probed = probe_halves(pca(codes, size).coordinates, targets)
         metrics |= {f"lattice.r2.{size}.{name}": r2 for name, r2 in probed.items()}

@@ -69,4 +69,4 @@ def prediction_errors(
         sums[2] += mean_error(batch, mean)
     names = ("prediction.error", "prediction.persistence", "prediction.mean")
     errors = {name: total / chunks for name, total in zip(names, sums, strict=True)}
-    return with_skill(errors | {"prediction.num": chunk * chunks})
+    return with_skill(errors | {"prediction.num": float(chunk * chunks)})

@@ -4,16 +4,34 @@ import jax
 import numpy as np
 from jaxtyping import Array, Float
 
+from motorspace._errors import UserError
 from motorspace._types import Key
 from motorspace.analysis.coordinates import COMPONENTS
 from motorspace.analysis.probes import linear_probe
 from motorspace.training.data import Data, Derived, Logged, base_of, simulated
+from motorspace.training.run import Run
 from motorspace.training.sources import derive, logged_data
 from motorspace.trajectories.sampling import sample
 from motorspace.trajectories.transitions import Trajectories
 
 TEST_SEED = 1_000_003
 """Evaluation draws from its own stream: training seeds stay far below it."""
+
+
+def present_data(run: Run, data: Data | None) -> Data:
+    """What a run learned from, at its present place. Raises `UserError` for other data."""
+    if data is None:
+        return run.config.data
+    ours, given = (base_of(d) for d in (run.config.data, data))
+    same_log = (
+        isinstance(ours, Logged) and isinstance(given, Logged) and given.sha256 == ours.sha256
+    )
+    if data != run.config.data and not same_log:
+        raise UserError(
+            "these are not the data that the run has learned from",
+            remedy="give the same log at its new place: run.config.data.at(path)",
+        )
+    return data
 
 
 def draw_test(data: Data, num: int, *, key: Key) -> Trajectories:

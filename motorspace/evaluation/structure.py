@@ -1,12 +1,11 @@
 """How an encoder structures motor sequences: what every row of the structure table measures."""
 
-from collections.abc import Callable
+from contextlib import suppress
 from typing import NamedTuple
 
 import jax
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Float, Int
 
 from motorspace._errors import UserError
 from motorspace._types import Key
@@ -16,39 +15,25 @@ from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.analysis.equivalence import equal_rows, equivalence_auc, equivalence_ratio
 from motorspace.analysis.inputs import CollapsedCodesError
 from motorspace.analysis.probes import linear_decoder
-from motorspace.analysis.standard_form import standard_form
 from motorspace.analysis.topology import Topology, topology
 from motorspace.evaluation.evaluate import evaluate
 from motorspace.evaluation.prediction import Metrics
-from motorspace.training.data import Data, Given, Logged, base_of, simulated
+from motorspace.evaluation.sampling import present_data
+from motorspace.evaluation.subject import (
+    LENGTHS,
+    Codes,
+    Subject,
+    commands,
+    standard_form_of,
+    subject_of,
+)
+from motorspace.training.data import Data, Given, Logged, base_of
 from motorspace.training.run import Run
 from motorspace.training.sources import logged_data
-from motorspace.trajectories.commands import nominal, random_commands
+from motorspace.trajectories.commands import nominal
 from motorspace.trajectories.equivalent import EquivalentSequences, equivalent_sequences
-from motorspace.worlds.agents import AbstractAgent
-
-Motors = Float[np.ndarray, "N _ M"]
-Codes = Float[np.ndarray, "N _"]
-Encode = Callable[[Motors], Codes]
-"""From N motor sequences of any one length to their codes."""
 
 MEASURE_SEED = 3_000_017
-NUM_SEQUENCES = 10_000
-NUM_GROUPS = 100
-NUM_MEMBERS = 8
-LENGTHS = (1, 2, 3, 6, 12, 24)
-NUM_COMPOSED = 4_000
-
-
-class Subject(NamedTuple):
-    """An encoder to be measured, and what is known of its commands."""
-
-    encode: Encode
-    agent: AbstractAgent
-    horizon: int
-    """Commands of the sequences that it was trained on."""
-    longest: int = LENGTHS[-1]
-    """Commands of the longest sequences that it encodes."""
 
 
 class Sampled(NamedTuple):
@@ -59,58 +44,44 @@ class Sampled(NamedTuple):
     topology: Topology
 
 
-def subject_of(run: Run, *, standard: bool = False) -> Subject:
-    """A simulated run's encoder; with `standard` its codes in standard form.
-
-    Raises `UserError` for a run that did not learn in simulation, and if its codes have no
-    standard form.
-    """
-    data, encoder = simulated(run.config.data), run.model.encoder
-    longest = max(LENGTHS[-1], data.horizon) if encoder.any_length else data.horizon
-    encode = encoder_of(run.encode, longest=longest)
-    agent = data.scenario().agent
-    if standard:
-        encode = _in_standard_form(run, encode, agent)
-    return Subject(encode, agent, data.horizon, longest)
-
-
-def encoder_of(encode: Callable[[Array, Array], Array], *, longest: int = LENGTHS[-1]) -> Encode:
-    """A network's `encode(motors, num_steps)` for sequences of any length up to the longest."""
-
-    def any_length(motors: Motors) -> Codes:
-        num, length, size = motors.shape
-        # Rows up to the longest length, so that every length shares one compiled program.
-        filled = np.zeros((num, max(length, longest), size), np.float32)
-        filled[:, :length] = motors
-        return np.asarray(encode(jnp.asarray(filled), jnp.full(num, length)), np.float64)
-
-    return any_length
-
-
-def run_topology(run: Run, *, seed: int = 0, standard: bool = False) -> Sampled:
+def run_topology(
+    run: Run, *, data: Data | None = None, seed: int = 0, standard: bool = False
+) -> Sampled:
     """The report on a run's codes, equivalent sequences included.
 
     Of a run in simulation, on fresh random sequences and their nominal displacements; of one on
-    a log, on the test blocks and the displacements that really happened. With `standard`, on
-    codes in standard form. Raises `UserError` for a run on data of one's own.
+    a log, on the test blocks and the displacements that really happened.
+
+    Args:
+        run: The run.
+        data: Where the data are now, if not where the configuration says (see `evaluate`).
+        seed: Seed of what is drawn.
+        standard: Whether codes are put into standard form.
+
+    Raises:
+        UserError: For a run on data of one's own, a log without poses, and codes that have no
+            standard form.
     """
-    data = run.config.data
+    data = present_data(run, data)
     if isinstance(base_of(data), Logged):
-        return _on_test_blocks(run, data, seed=seed)
+        return _on_test_blocks(run, data, seed=seed, standard=standard)
     subject = subject_of(run, standard=standard)
     found = sampled(subject, seed=seed)
     if "equivalence_ratio" in found.topology:
         return found
     measured = equivalence(subject, key=jax.random.key(seed))
-    whole = {name: measured[name] for name in ("equivalence_ratio", "equivalence_auc")}
+    names = ("equivalence_ratio", "equivalence_auc")
+    whole = {name: measured[name] for name in names if np.isfinite(measured[name])}
     return found._replace(topology=found.topology.updated(whole))
 
 
-def _on_test_blocks(run: Run, data: Data, *, seed: int) -> Sampled:
+def _on_test_blocks(run: Run, data: Data, *, seed: int, standard: bool) -> Sampled:
     test, log = logged_data(data).test, base_of(data)
     assert isinstance(log, Logged), "the caller has made sure"
     motors, num_steps = test.experience.motors, test.experience.num_steps
     codes = np.asarray(run.encode(motors, num_steps), np.float64)
+    if standard:
+        codes = standard_form_of(run, np.asarray(motors[:, 0]))(codes)
     displacements = np.asarray(test.displacements.achieved, np.float64)
     if not np.isfinite(displacements).all():
         raise UserError(
@@ -150,7 +121,7 @@ def values(report: Topology) -> Metrics:
 def sampled(subject: Subject, *, seed: int, subsets: int = 5) -> Sampled:
     """The report on the codes of fresh random sequences."""
     key = jax.random.key(MEASURE_SEED - 1 - seed)
-    motors = commands(subject, (NUM_SEQUENCES, subject.horizon), key=key)
+    motors = commands(subject, (subject.sizes.sequences, subject.horizon), key=key)
     codes, displacements = subject.encode(motors), nominal(subject.agent, motors)
     found = topology(codes, displacements, motors, subsets=subsets, seed=seed)
     return Sampled(codes, displacements, found)
@@ -177,18 +148,24 @@ def equivalence(subject: Subject, *, key: Key) -> Metrics:
     if "full_turns" in names:
         chosen = kinds == names.index("full_turns")
         total = 2 * float(codes.var(axis=0).sum())
-        metrics |= _by_turns(codes[chosen], turns[chosen], members=NUM_MEMBERS, total=total)
+        metrics |= _by_turns(
+            codes[chosen], turns[chosen], members=subject.sizes.members, total=total
+        )
     return metrics
 
 
 def _equivalent(subject: Subject, *, key: Key) -> EquivalentSequences:
-    """Sequences built to be equivalent; of a body of which none can be, those that happen to be."""
+    """Sequences built to be equivalent; where none can be built, those that happen to be."""
     agent, horizon = subject.agent, subject.horizon
-    if agent.commands.turning:
+    with suppress(UserError):
         return equivalent_sequences(
-            agent, num_groups=NUM_GROUPS, members=NUM_MEMBERS, horizon=horizon, key=key
+            agent,
+            num_groups=subject.sizes.groups,
+            members=subject.sizes.members,
+            horizon=horizon,
+            key=key,
         )
-    motors = commands(subject, (NUM_SEQUENCES, horizon), key=key)
+    motors = commands(subject, (subject.sizes.sequences, horizon), key=key)
     none = np.zeros(len(motors), int)
     groups = equal_rows(nominal(agent, motors))
     return EquivalentSequences(motors, groups, none, none, ())
@@ -212,7 +189,7 @@ def compositions(subject: Subject, *, key: Key) -> Metrics:
     if length == 0:
         return {}
     first, second = (
-        commands(subject, (NUM_COMPOSED, length), key=k) for k in jax.random.split(key)
+        commands(subject, (subject.sizes.composed, length), key=k) for k in jax.random.split(key)
     )
     both = encode(np.concatenate([first, second], axis=1))
     codes = encode(first)
@@ -232,18 +209,18 @@ def length_errors(subject: Subject, *, key: Key) -> Metrics:
 
     Returns:
         `length_error.translation.T` (root mean square, world units), `.orientation.T` (mean
-        absolute, degrees) and `.size.T`, the translation's own root mean square; `length_ratio`,
-        the translation's error at the longest length over that at six commands.
+        absolute, degrees) and `translation_size.T`, the translation's own root mean square;
+        `length_ratio`, the translation's error at the longest length over that at six commands.
     """
     encode, agent = subject.encode, subject.agent
     fit_key, test_key = jax.random.split(key)
-    motors = commands(subject, (NUM_SEQUENCES, subject.horizon), key=fit_key)
+    motors = commands(subject, (subject.sizes.sequences, subject.horizon), key=fit_key)
     points = displacement_coordinates(nominal(agent, motors), weight=1.0).points
     fitted = encode(motors)
     decode = linear_decoder(fitted, points)
     metrics: Metrics = {}
     for length in (n for n in LENGTHS if n <= subject.longest):
-        tested = commands(subject, (NUM_SEQUENCES // 2, length), key=test_key)
+        tested = commands(subject, (subject.sizes.sequences // 2, length), key=test_key)
         codes = encode(tested)
         if codes.shape[1] != fitted.shape[1]:
             return {}
@@ -253,32 +230,11 @@ def length_errors(subject: Subject, *, key: Key) -> Metrics:
         metrics |= {
             f"length_error.translation.{length}": float(off),
             f"length_error.orientation.{length}": circular_error(angles, true[:, 2]),
-            f"length_error.size.{length}": float((true[:, :2] ** 2).sum(axis=1).mean() ** 0.5),
+            f"translation_size.{length}": float((true[:, :2] ** 2).sum(axis=1).mean() ** 0.5),
         }
     longest, base = (f"length_error.translation.{n}" for n in (LENGTHS[-1], 6))
     ratio = {"length_ratio": metrics[longest] / metrics[base]} if longest in metrics else {}
     return metrics | ratio
-
-
-def commands(subject: Subject, shape: tuple[int, int], *, key: Key) -> Motors:
-    """Commands as the agent explores with, walls aside: [*shape, M], at most `NUM_SEQUENCES`."""
-    num, length = shape
-    keys = jax.random.split(key, (NUM_SEQUENCES, max(length, LENGTHS[-1])))
-    return np.asarray(random_commands(subject.agent, keys))[:num, :length]
-
-
-def _in_standard_form(run: Run, encode: Encode, agent: AbstractAgent) -> Encode:
-    key = jax.random.key(run.config.training.seed)
-    drawn = commands(Subject(encode, agent, 1), (NUM_SEQUENCES, 1), key=key)[:, 0]
-    scaled = jnp.asarray(drawn) / jnp.array(run.model.scaling.motors)
-    matrices = jax.vmap(run.model.encoder.matrices)(scaled)
-    if matrices is None:
-        raise UserError(
-            f"codes of the encoder {run.config.model.encoder!r} have no standard form",
-            remedy="leave it out, or train a run with the encoder 'matrix_product'",
-        )
-    transitions, readouts = (np.asarray(m, np.float64) for m in matrices)
-    return lambda motors: standard_form(encode(motors), transitions, readouts)
 
 
 def evaluate_with_structure(run: Run, *, num: int = 100_000, seed: int = 0) -> Metrics:

@@ -1,10 +1,10 @@
 """The network as data, and the encoders there are."""
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, get_args, get_type_hints
 
-from motorspace._errors import UserError
 from motorspace._kinds import Builtin, Registry
+from motorspace.worlds.checks import one_of, whole
 
 _ROOM = "motorspace.models.encoders"
 
@@ -48,5 +48,6 @@ class ModelConfig:
     def __post_init__(self) -> None:
         ENCODERS.check(self.encoder)
         for name in ("hidden_size", "code_size", "width_size", "depth"):
-            if getattr(self, name) < 1:
-                raise UserError(f"{name} must be at least 1, got {getattr(self, name)}")
+            whole(name, getattr(self, name))
+        for name in ("motor_scaling", "initial_weights"):
+            one_of(name, getattr(self, name), get_args(get_type_hints(ModelConfig)[name]))

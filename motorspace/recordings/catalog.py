@@ -37,7 +37,11 @@ FOREIGN = {
 def reader_for(path: Path | str) -> str:
     """The kind of the reader for a file: by its content, else by its ending.
 
-    Raises `UserError` for a file that is missing, damaged, empty or of no known format.
+    Args:
+        path: The file. Readers of one's own are asked first.
+
+    Raises:
+        UserError: The file is missing, damaged, empty or of no known format.
     """
     path = Path(path)
     head = read_bytes(path, HEAD)

@@ -9,9 +9,6 @@ from jaxtyping import Bool, Float, Int
 from motorspace import se2
 from motorspace._errors import UserError
 
-CLEAR = 0.9
-"""Share of the sensors at their limit above which a person should look at the unit."""
-
 
 @dataclass(frozen=True)
 class Recording:
@@ -19,8 +16,6 @@ class Recording:
 
     `increments` stand in order of time; `interval[l]` = i when command l was executed between
     scans i and i + 1. Commands are executed from one scan to the next, so none follow the last.
-
-    >>> recording.sensors[i], recording.increments[recording.interval == i]  # doctest: +SKIP
     """
 
     name: str
@@ -52,9 +47,14 @@ class Recording:
 
 
 def transition_starts(recording: Recording, horizon: int) -> Int[np.ndarray, " W"]:
-    """The first scan of every transition over `horizon` scans that leaves no interval out.
+    """The first scan of every transition that goes through usable intervals alone.
 
-    Raises `UserError` when there is none.
+    Args:
+        recording: The walk.
+        horizon: Scans from the first reading of a transition to the later one.
+
+    Raises:
+        UserError: There is none.
     """
     num = len(recording) - horizon
     if horizon < 1 or num < 1:
@@ -70,13 +70,22 @@ def transition_starts(recording: Recording, horizon: int) -> Int[np.ndarray, " W
             f"no transition over {horizon} scans is left: {left_out[-1]} of "
             f"{len(recording) - 1} intervals between scans are left out",
             where=recording.name,
-            remedy="see why with `motorspace inspect`, or choose a shorter horizon",
+            remedy="see why with `motorspace inspect`"
+            + ", or choose a shorter horizon" * bool(recording.usable.any()),
         )
     return starts
 
 
 def describe(recording: Recording) -> dict[str, Any]:
-    """What a person wants to know of a log before learning from it, by plain titles."""
+    """What a person wants to know of a log before learning from it.
+
+    Args:
+        recording: The log, or a simulated walk.
+
+    Returns:
+        Sizes, ranges and lengths by plain titles, JSON-able; world units, radians, seconds. Path
+        and drift where every true pose is known. Last the recording's notes.
+    """
     at_limit = recording.sensors >= np.asarray(recording.sensor_scale)
     per_interval = np.bincount(recording.interval, minlength=len(recording) - 1)
     seconds = np.diff(recording.time)[recording.usable]

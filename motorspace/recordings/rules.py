@@ -1,4 +1,4 @@
-"""Which intervals of a log are no transition: what time stamps, motors and poses give away."""
+"""Rules that leave intervals of a log out of all transitions: by motors, time stamps and poses."""
 
 from dataclasses import replace
 from typing import Literal
@@ -37,6 +37,10 @@ def leave_out(
         max_gap: Seconds; None stands for 10 times the median time between scans.
         max_jump: World units; None stands for 10 times the upper quartile of all steps.
         clock: "ignore" leaves nothing out because of its time stamps.
+
+    Returns:
+        The same recording but for `usable`, unreadable time stamps (NaN), and a note that counts
+        every reason.
     """
     readable = np.abs(recording.time) < LATEST
     recording = replace(recording, time=np.where(readable, recording.time, np.nan))
@@ -51,11 +55,10 @@ def leave_out(
         new = found & ~left
         left = left | found
         if new.any():
-            reasons.append(f"{new.sum()} {reason} (the first after scan {int(np.argmax(new))})")
+            reasons.append(f"{new.sum()} {reason} (first after scan {int(np.argmax(new))})")
     if reasons:
         notes.append(
-            f"{left.sum()} of {len(left)} intervals between scans are part of no transition: "
-            + ", ".join(reasons)
+            f"left out: {left.sum()} of {len(left)} intervals between scans: " + ", ".join(reasons)
         )
     return replace(recording, usable=~left, notes=tuple(notes))
 
@@ -80,7 +83,7 @@ def _without_command(recording: Recording) -> Bool[np.ndarray, " I"]:
 def _by_clock(
     recording: Recording, max_gap: float | None, notes: list[str]
 ) -> list[tuple[str, Bool[np.ndarray, " I"]]]:
-    """What the time stamps give away; notes say what they cannot tell."""
+    """What is left out because of its time stamps; notes on what is not."""
     seconds = np.diff(recording.time)
     known = np.isfinite(seconds)
     moving = np.abs(seconds[known & (seconds != 0)])
@@ -92,20 +95,20 @@ def _by_clock(
     if still.sum() > len(seconds) / 2:
         notes.append(
             f"{still.sum()} of {len(seconds)} intervals begin and end at one time stamp: the clock "
-            "is too coarse to tell repeated scans"
+            "is too coarse to find repeated scans"
         )
         still = np.zeros_like(still)
     corrected = known & (seconds < 0) & (seconds >= -CORRECTION * median)
     if corrected.any():
         notes.append(
             f"the clock steps back {corrected.sum()} times by at most half the usual interval "
-            f"({-seconds[corrected].min():.3g} s): kept as corrections of the clock"
+            f"({-seconds[corrected].min():.6g} s): kept as corrections of the clock"
         )
     longest = GAPS * median if max_gap is None else max_gap
     gaps = known & (seconds > longest)
-    gap = f"longer than {longest:.3g} s"
+    gap = f"longer than {longest:.6g} s"
     if gaps.any():
-        gap += f" (up to {seconds[gaps].max():.3g} s)"
+        gap += f", up to {seconds[gaps].max():.6g} s"
     return [
         ("whose time stamps cannot be read", ~known),
         ("where time runs backwards", known & (seconds < 0) & ~corrected),

@@ -42,7 +42,8 @@ def measured(run: "Run", num: int) -> Numbers:
     """Errors of prediction, and whether orientation closes in the codes."""
     from motorspace.analysis import circle
     from motorspace.analysis.coordinates import displacement_coordinates
-    from motorspace.evaluation.structure import sampled, subject_of, values
+    from motorspace.evaluation.structure import sampled, values
+    from motorspace.evaluation.subject import subject_of
 
     found = sampled(subject_of(run), seed=run.config.training.seed, subsets=1)
     points, turns = displacement_coordinates(found.displacements).points, found.displacements[:, 2]

@@ -43,7 +43,8 @@ def measured(run: "Run", num: int) -> Numbers:
     """The equivalence ratio by full turns, as training goes on from the initial network."""
     import jax
 
-    from motorspace.evaluation.structure import equivalence, subject_of
+    from motorspace.evaluation.structure import equivalence
+    from motorspace.evaluation.subject import subject_of
     from motorspace.training.fit import TrainState, fit, horizon_of, init
     from motorspace.training.run import Run
     from motorspace.training.sources import source_of

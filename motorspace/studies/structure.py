@@ -15,7 +15,7 @@ from motorspace.training.data import DerivedKind
 from motorspace.training.presets import PresetName
 
 if TYPE_CHECKING:
-    from motorspace.evaluation.structure import Encode, Subject
+    from motorspace.evaluation.subject import Encode, Subject
     from motorspace.training.run import Run
 
 PRESETS: tuple[PresetName, ...] = ("best", "paper")
@@ -81,7 +81,8 @@ def _of_seed(budget: Budget, seed: int) -> list[Job]:
 def measured(run: "Run", num: int) -> Numbers:
     """The structure of codes, as they are and in standard form, and errors of prediction."""
     from motorspace.evaluation.evaluate import evaluate
-    from motorspace.evaluation.structure import measures, subject_of
+    from motorspace.evaluation.structure import measures
+    from motorspace.evaluation.subject import subject_of
 
     found = structure_or_collapse(subject_of(run), run.config.training.seed)
     if not found["collapsed"] and run.config.model.encoder == "matrix_product":
@@ -102,7 +103,7 @@ def measured_at(horizon: int, run: "Run", num: int) -> Numbers:
 
 def measured_codes(run: "Run", num: int) -> Numbers:
     """The structure of the codes of a run that has learned to predict something else."""
-    from motorspace.evaluation.structure import subject_of
+    from motorspace.evaluation.subject import subject_of
 
     del num
     return structure_or_collapse(subject_of(run), run.config.training.seed)
@@ -110,7 +111,7 @@ def measured_codes(run: "Run", num: int) -> Numbers:
 
 def measured_baseline(name: str, run: "Run", num: int) -> Numbers:
     """The structure of codes that are not learned: one of `FIXED`."""
-    from motorspace.evaluation.structure import subject_of
+    from motorspace.evaluation.subject import subject_of
 
     del num
     subject = subject_of(run)

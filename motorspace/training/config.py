@@ -4,13 +4,21 @@ import dataclasses
 import hashlib
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, TypeVar, get_args
 
 from motorspace._errors import UserError
-from motorspace.models.config import ModelConfig
-from motorspace.training.data import Data, Simulated, data_from_json
+from motorspace._kinds import Part, Registry
+from motorspace.models.config import ENCODERS, ModelConfig
+from motorspace.training.data import Data, Derived, Given, Logged, Simulated
 from motorspace.training.presets import PresetName, Settings, preset_settings
+from motorspace.worlds.catalog import AGENTS, SENSORS
+from motorspace.worlds.checks import flag, one_of, positive, whole, within
+
+Schedule = Literal["cosine", "constant"]
+MOST_DECAY = 1 - 1e-6
+"""Of the moving average: with one of 1 the initial weights would stay."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +35,7 @@ class TrainingConfig:
     """Trajectories per update."""
     learning_rate: float = 6e-3
     """Adam's (peak) learning rate."""
-    schedule: Literal["cosine", "constant"] = "cosine"
+    schedule: Schedule = "cosine"
     """cosine: warm-up over 1% of the updates, then decay to zero; constant: the plain recipe."""
     curriculum: float = 0.3
     """Share of the epochs, from the first, over which the longest trajectory grows from 1 to T."""
@@ -56,26 +64,24 @@ class TrainingConfig:
     """Seed of the initial weights and of every trajectory."""
 
     def __post_init__(self) -> None:
-        _at_least(self, 1, "epochs", "trajectories_per_epoch", "batch_size", "restarts")
+        for name in ("epochs", "trajectories_per_epoch", "batch_size", "restarts"):
+            whole(name, getattr(self, name))
         if self.batch_size > self.trajectories_per_epoch:
             raise UserError(
                 f"batch_size {self.batch_size} is above trajectories_per_epoch "
                 f"{self.trajectories_per_epoch}",
                 remedy="lower the one, or raise the other",
             )
-        if not 0 < self.learning_rate < math.inf:
-            raise UserError(f"learning_rate must be above 0, got {self.learning_rate}")
         weights = [f.name for f in dataclasses.fields(self) if f.name.endswith("_weight")]
-        _at_least(self, 0, "code_noise", *weights)
-        for name, highest in (("curriculum", 1.0), ("ema_decay", 1.0)):
-            value = getattr(self, name)
-            if not 0 <= value <= highest or (name == "ema_decay" and value == 1):
-                bounds = "from 0 to 1" if name == "curriculum" else "from 0 to below 1"
-                raise UserError(f"{name} must be {bounds}, got {value}")
-        if not 0 <= self.seed < 2**31:
+        bounds = dict.fromkeys(("code_noise", *weights), math.inf)
+        for name, most in (bounds | {"curriculum": 1.0, "ema_decay": MOST_DECAY}).items():
+            object.__setattr__(self, name, within(name, getattr(self, name), 0.0, most))
+        object.__setattr__(self, "learning_rate", positive("learning_rate", self.learning_rate))
+        if not whole("seed", self.seed, at_least=0) < 2**31:
             raise UserError(f"seed must be from 0 to {2**31 - 1}, got {self.seed}")
-        if self.schedule not in get_args(Literal["cosine", "constant"]):
-            raise UserError(f"schedule must be cosine or constant, got {self.schedule!r}")
+        one_of("schedule", self.schedule, get_args(Schedule))
+        for name in ("resample_each_epoch", "train_encoder"):
+            flag(name, getattr(self, name))
 
     @property
     def trial_epochs(self) -> int:
@@ -91,13 +97,6 @@ class TrainingConfig:
     def num_updates(self) -> int:
         """Updates of an epoch."""
         return self.trajectories_per_epoch // self.batch_size
-
-
-def _at_least(config: TrainingConfig, least: int, *names: str) -> None:
-    for name in names:
-        value = getattr(config, name)
-        if not least <= value < math.inf:
-            raise UserError(f"{name} must be at least {least}, got {value}")
 
 
 @dataclass(frozen=True, init=False)
@@ -155,10 +154,10 @@ class RunConfig:
         return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
-Part = TypeVar("Part", ModelConfig, TrainingConfig)
+Network = TypeVar("Network", ModelConfig, TrainingConfig)
 
 
-def _made(kind: type[Part], settings: Settings) -> Part:
+def _made(kind: type[Network], settings: Settings) -> Network:
     """The part of a configuration that some settings belong to, among others that do not."""
     names = {field.name for field in dataclasses.fields(kind)}
     return kind(**{name: value for name, value in settings.items() if name in names})
@@ -167,8 +166,9 @@ def _made(kind: type[Part], settings: Settings) -> Part:
 def config_from_json(value: Any, *, where: object) -> RunConfig:
     """The configuration that `RunConfig.as_json` gave. Raises `UserError` if it is broken."""
     try:
+        ENCODERS.check(value["model"]["encoder"], where=where)
         return RunConfig(
-            data_from_json(value["data"], where=where),
+            _data_from_json(value["data"], where=where),
             ModelConfig(**value["model"]),
             TrainingConfig(**value["training"]),
         )
@@ -178,3 +178,30 @@ def config_from_json(value: Any, *, where: object) -> RunConfig:
             where=where,
             remedy="train the run anew",
         ) from None
+
+
+def _data_from_json(value: Mapping[str, Any], *, where: object) -> Data:
+    """The data that `as_json` described. Raises `UserError` where that is broken."""
+    kind, fields = value["kind"], {k: v for k, v in value.items() if k != "kind"}
+    match kind:
+        case "simulated":
+            agent = _part_from_json(AGENTS, fields.pop("agent"), where=where)
+            sensor = _part_from_json(SENSORS, fields.pop("sensor"), where=where)
+            return Simulated(agent, sensor, **fields)
+        case "logged":
+            from motorspace.recordings.catalog import READERS
+
+            return Logged(
+                reader=_part_from_json(READERS, fields.pop("reader"), where=where), **fields
+            )
+        case "derived":
+            base: Any = _data_from_json(fields.pop("base"), where=where)
+            return Derived(base, **fields)
+        case "given":
+            return Given(**fields)
+    raise ValueError(f"data of the kind {kind!r}")
+
+
+def _part_from_json(registry: Registry[Any], value: Mapping[str, Any], *, where: object) -> Part:
+    options = {name: option for name, option in value.items() if name != "kind"}
+    return registry.part(value["kind"], options, where=where)

@@ -1,7 +1,6 @@
 """What a run learns from, as data: a simulated agent, a robot's log, or data of one's own."""
 
 import hashlib
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 from motorspace._errors import UserError
 from motorspace._kinds import Part, Registry
 from motorspace.worlds.catalog import AGENTS, SENSORS, home_of
+from motorspace.worlds.checks import flag, one_of, positive, whole
 
 if TYPE_CHECKING:
     from motorspace.recordings.recording import Recording
@@ -59,7 +59,8 @@ class Simulated:
         described = _part(AGENTS, agent)
         home = home_of(described.kind)
         if horizon is None:
-            horizon, min_horizon = home.horizon, min_horizon or home.min_horizon
+            horizon = home.horizon
+            min_horizon = home.min_horizon if min_horizon is None else min_horizon
         _set(
             self,
             agent=described,
@@ -70,8 +71,7 @@ class Simulated:
             collision=collision,
         )
         _check_horizon(horizon, min_horizon)
-        if collision not in get_args(Collision):
-            raise UserError(f"collision must be resample or block, got {collision!r}")
+        one_of("collision", collision, get_args(Collision))
 
     def scenario(self) -> "Scenario":
         """The world, the agent and its sensors; built once for equal configurations."""
@@ -134,8 +134,9 @@ class Logged:
             horizon=horizon,
             min_horizon=min_horizon,
             per_scan=per_scan,
-            num_blocks=num_blocks,
+            num_blocks=whole("num_blocks", num_blocks),
         )
+        flag("per_scan", per_scan)
         _check_horizon(horizon, min_horizon)
 
     def at(self, path: str | Path) -> "Logged":
@@ -187,6 +188,17 @@ class Derived:
     change: DerivedKind
     angle: float = 1.0
 
+    def __post_init__(self) -> None:
+        if not isinstance(self.base, Simulated | Logged):
+            raise UserError("the base of derived data must be a simulation or a log")
+        one_of("change", self.change, get_args(DerivedKind))
+        _set(self, angle=positive("angle", self.angle))
+        if isinstance(self.base, Logged) and self.change != "oracle":
+            raise UserError(
+                f"{self.change!r} cannot be derived from a log",
+                remedy="derive it from a simulation",
+            )
+
     @property
     def horizon(self) -> int:
         """Commands, or scans, of the longest transition of `base`."""
@@ -233,30 +245,6 @@ def simulated(data: Data) -> Simulated:
     )
 
 
-def data_from_json(value: Mapping[str, Any], *, where: object) -> Data:
-    """The data that `as_json` described. Raises `UserError` where that is broken."""
-    kind, fields = value["kind"], {k: v for k, v in value.items() if k != "kind"}
-    match kind:
-        case "simulated":
-            agent = _part_from_json(AGENTS, fields.pop("agent"), where=where)
-            sensor = _part_from_json(SENSORS, fields.pop("sensor"), where=where)
-            return Simulated(agent, sensor, **fields)
-        case "logged":
-            from motorspace.recordings.catalog import READERS
-
-            return Logged(
-                reader=_part_from_json(READERS, fields.pop("reader"), where=where), **fields
-            )
-        case "derived":
-            base = data_from_json(fields.pop("base"), where=where)
-            if not isinstance(base, Simulated | Logged):
-                raise ValueError("the base of derived data")
-            return Derived(base, **fields)
-        case "given":
-            return Given(**fields)
-    raise ValueError(f"data of the kind {kind!r}")
-
-
 def file_hash(path: Path) -> str:
     """SHA-256 of a file's content. Raises `UserError` if it cannot be read."""
     try:
@@ -282,12 +270,9 @@ def _set(target: Any, **fields: Any) -> None:
 def _part(registry: Registry[Any], value: Any) -> Part:
     if isinstance(value, str):
         return registry.part(value)
-    return value if isinstance(value, Part) else registry.part_of(value)
-
-
-def _part_from_json(registry: Registry[Any], value: Mapping[str, Any], *, where: object) -> Part:
-    options = {name: option for name, option in value.items() if name != "kind"}
-    return registry.part(value["kind"], options, where=where)
+    if isinstance(value, Part):
+        return registry.part(value.kind, dict(value.options))
+    return registry.part_of(value)
 
 
 def _layout(layout: str | Path) -> str:
@@ -302,8 +287,9 @@ def _layout(layout: str | Path) -> str:
 
 
 def _check_horizon(horizon: int, min_horizon: int | None) -> None:
-    for name, value in (("horizon", horizon), ("min_horizon", min_horizon)):
-        if value is not None and value < 1:
-            raise UserError(f"{name} must be at least 1, got {value}")
-    if min_horizon is not None and min_horizon > horizon:
-        raise UserError(f"min_horizon {min_horizon} is above horizon {horizon}")
+    whole("horizon", horizon)
+    if min_horizon is not None and whole("min_horizon", min_horizon) > horizon:
+        raise UserError(
+            f"min_horizon {min_horizon} is above horizon {horizon}",
+            remedy="give a min_horizon from 1 to horizon",
+        )

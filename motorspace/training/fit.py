@@ -66,8 +66,14 @@ def init(
 ) -> TrainState:
     """The state before the first epoch; with `validated` it will keep its best network.
 
-    Every `restart` of a seed has other initial weights.
+    Every `restart` of a seed has other initial weights. Raises `UserError` where JAX computes in
+    double precision: weights and checkpoints are in single.
     """
+    if jnp.zeros(()).dtype == jnp.float64:
+        raise UserError(
+            "JAX is set to double precision (jax_enable_x64), and networks are in single",
+            remedy='switch it off: jax.config.update("jax_enable_x64", False)',
+        )
     weights_key, _ = jax.random.split(jax.random.key(config.training.seed))
     if restart > 0:
         weights_key = jax.random.fold_in(weights_key, restart)
@@ -103,7 +109,9 @@ def train_epoch(
     def update(carry: Carry, given: tuple[Experience, Key]) -> tuple[Carry, EpochRecord]:
         trainable, moments, average = carry
         gradients, record = jax.grad(loss, has_aux=True)(trainable, *given)
-        steps, moments = adam.update(gradients, moments)
+        # Optax raises its decay rates, Python floats, to the power of a count of whole numbers.
+        with jax.numpy_dtype_promotion("standard"):
+            steps, moments = adam.update(gradients, moments)
         trainable = optax.apply_updates(trainable, steps)
         if average is not None:
             average = optax.incremental_update(trainable, average, 1 - config.ema_decay)

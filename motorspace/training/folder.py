@@ -60,10 +60,15 @@ def read_description(folder: Path) -> Description:
         written = json.loads(path.read_bytes())
         version = written["format_version"]
         if version not in (1, FORMAT_VERSION):
-            raise ValueError
+            raise UserError(
+                f"the run is of format version {version!r}, and this program reads versions 1 "
+                f"and {FORMAT_VERSION}",
+                where=path,
+                remedy="update motorspace",
+            )
         sensors, motors = (tuple(written["scaling"][part]) for part in ("sensors", "motors"))
         if version == 1:
-            config = config_of_version_1(written)
+            config = config_of_version_1(written, where=path)
         else:
             config = config_from_json(written["config"], where=path)
         return Description(config, sensors, motors, written["horizon"])

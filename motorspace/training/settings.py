@@ -6,17 +6,16 @@ the chosen agent, sensor or reader is refused.
 """
 
 import dataclasses
-import math
-from collections.abc import Mapping
+from collections.abc import Iterable
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from motorspace._errors import UserError
-from motorspace._kinds import Parameter, parameters_of
+from motorspace._kinds import Parameter, Part, Registry, parameters_of, to_radians
 from motorspace.models.config import ModelConfig
 from motorspace.training.config import RunConfig, TrainingConfig
-from motorspace.training.data import Derived, Given, Logged, Simulated
+from motorspace.training.data import Derived, Logged, Simulated
 from motorspace.training.presets import PresetName, Settings
 from motorspace.worlds.catalog import AGENTS, SENSORS, home_of
 
@@ -128,20 +127,47 @@ def configured_on_log(
 def changed(config: RunConfig, settings: Settings) -> RunConfig:
     """The configuration with other values of some fields, whichever part they belong to.
 
-    Angles are in radians, as in the configuration. Raises `UserError` for unknown names.
+    Angles are in radians, as in the configuration. Raises `UserError` for names that are fields
+    or options of no part of it.
     """
+    network = [p.name for group in _network_groups() for p in group.parameters]
+    known = [*_names(config.data, settings), *network]
+    _refuse_unknown(settings, known, "this configuration")
     return _with_network(dataclasses.replace(config, data=_data(config.data, settings)), settings)
 
 
-def _data(data: Any, settings: Settings) -> Any:
+def _names(data: Any, settings: Settings) -> list[str]:
+    """Fields of the data, and options of their parts."""
+    names = [field.name for field in dataclasses.fields(data)]
     if isinstance(data, Derived):
-        return dataclasses.replace(data, base=_data(data.base, settings))
-    if isinstance(data, Given):
-        return data
+        return names + _names(data.base, settings)
+    parts = [(r, _part(n, data, settings)) for n, r in _registries(data).items()]
+    return names + [p.name for registry, part in parts for p in registry.parameters(part.kind)]
+
+
+def _registries(data: Any) -> dict[str, Registry[Any]]:
+    """The fields of the data that hold a part, and the classes that each may name."""
+    if isinstance(data, Simulated):
+        return {"agent": AGENTS, "sensor": SENSORS}
+    if isinstance(data, Logged):
+        from motorspace.recordings.catalog import READERS
+
+        return {"reader": READERS}
+    return {}
+
+
+def _part(name: str, data: Any, settings: Settings) -> Part:
+    """The agent, sensor or reader that the data will have, before its options are changed."""
+    given = settings.get(name, getattr(data, name))
+    return _registries(data)[name].part(given) if isinstance(given, str) else given
+
+
+def _data(data: Any, settings: Settings) -> Any:
     fields = _of(settings, [Parameter(f.name, None) for f in dataclasses.fields(data)])
-    families = {"agent": AGENTS, "sensor": SENSORS} if isinstance(data, Simulated) else {}
-    for name, registry in families.items():
-        part = fields.get(name, getattr(data, name))
+    if isinstance(data, Derived):
+        return dataclasses.replace(data, **{"base": _data(data.base, settings)} | fields)
+    for name, registry in _registries(data).items():
+        part = _part(name, data, settings)
         options = dict(part.options) | _of(settings, registry.parameters(part.kind))
         fields[name] = registry.part(part.kind, options)
     return dataclasses.replace(data, **fields)
@@ -163,14 +189,17 @@ def _of(settings: Settings, parameters: Any) -> dict[str, Any]:
 
 def _in_radians(settings: Settings, groups: list[Group]) -> dict[str, Any]:
     """The settings with angles in radians. Raises `UserError` for a name in no group."""
-    known: Mapping[str, Parameter] = {p.name: p for group in groups for p in group.parameters}
+    known = {p.name: p for group in groups for p in group.parameters}
+    titles = [group.title for group in groups if group.parameters][:2]
+    _refuse_unknown(settings, known, " and ".join(titles))
+    return {name: to_radians(known[name], value) for name, value in settings.items()}
+
+
+def _refuse_unknown(settings: Settings, known: Iterable[str], what: str) -> None:
     for name in settings:
-        if name not in known:
-            near = get_close_matches(name, known, 1)
+        if name not in (names := list(known)):
+            near = get_close_matches(name, names, 1)
             raise UserError(
-                f"the setting {name!r} does not apply to {groups[0].title} and {groups[1].title}",
-                remedy=f"perhaps {near[0]!r}" if near else f"choose from {', '.join(known)}",
+                f"the setting {name!r} does not apply to {what}",
+                remedy=f"perhaps {near[0]!r}" if near else f"choose from {', '.join(names)}",
             )
-    return {
-        name: value * math.pi if known[name].in_pi else value for name, value in settings.items()
-    }

@@ -169,8 +169,6 @@ def _logged_data(data: Logged) -> LoggedData:
 
 
 def _derived_from_log(data: Derived) -> DataSource:
-    if data.change != "oracle":
-        raise UserError(f"{data.change!r} is not derived from logs", remedy="use a simulation")
     oracle = logged_data(data)
     return DataSource(oracle.train.experience, oracle.scaling, oracle.validation.experience)
 

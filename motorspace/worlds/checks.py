@@ -35,6 +35,30 @@ def positive(name: str, value: Any, *, at_most: float = math.inf, unit: str = ""
     return value
 
 
+def within(name: str, value: Any, least: float, most: float) -> float:
+    """The value as a `float`. Raises `UserError` unless it is finite and from `least` to `most`.
+
+    >>> within("curriculum", 0, 0.0, 1.0)
+    0.0
+    """
+    if not isinstance(value, Real) or isinstance(value, bool):
+        raise UserError(f"{name} must be a number, got {value!r}")
+    value = float(value)
+    if not (math.isfinite(value) and least <= value <= most):
+        limit = (
+            f"from {least:g} to {most:g}" if most < math.inf else f"at least {least:g} and finite"
+        )
+        raise UserError(f"{name} must be {limit}, got {value:g}")
+    return value
+
+
+def flag(name: str, value: Any) -> bool:
+    """The value. Raises `UserError` unless it is true or false."""
+    if not isinstance(value, bool):
+        raise UserError(f"{name} must be true or false, got {value!r}")
+    return value
+
+
 def one_of(name: str, value: Any, choices: tuple[str, ...]) -> str:
     """The value. Raises `UserError` unless it is one of the choices."""
     if value not in choices:

@@ -35,8 +35,8 @@ class Drawing(NamedTuple):
     """Nodes."""
     pointer: float
     """Length of the line from an agent that shows where it looks."""
-    areas: tuple[Float[np.ndarray, "_ 2"], ...] = ()
-    """Solids: the corners of each."""
+    solids: tuple[Float[np.ndarray, "_ 2"], ...] = ()
+    """Corners of each closed obstacle."""
 
 
 class AbstractWorld(eqx.Module):
@@ -77,16 +77,6 @@ def _float32(values: Any) -> Array:
     return jnp.asarray(values, jnp.float32)
 
 
-def _areas(solids: Walls) -> tuple[Float[np.ndarray, "_ 2"], ...]:
-    """The corners of each solid, whose edges follow each other and end where they began."""
-    edges, areas, first = np.asarray(solids), [], 0
-    for after in range(1, len(edges) + 1):
-        if np.array_equal(edges[after - 1, 1], edges[first, 0]):
-            areas.append(edges[first:after, 0])
-            first = after
-    return tuple(areas)
-
-
 class WalledWorld(AbstractWorld):
     """A rectangle with walls: the paper's continuous world.
 
@@ -116,8 +106,13 @@ class WalledWorld(AbstractWorld):
         return Pose(x, y, heading, jnp.zeros_like(x))
 
     def drawing(self) -> Drawing:
-        walls, nodes = np.asarray(self.walls), np.zeros((0, 2))
-        return Drawing(self.bounds, walls, nodes, pointer=1.5, areas=_areas(self.solids))
+        solids, corners, start = np.asarray(self.solids), [], 0
+        for stop in range(1, len(solids) + 1):
+            # A polygon's edges follow each other and end where they began.
+            if np.array_equal(solids[stop - 1, 1], solids[start, 0]):
+                corners.append(solids[start:stop, 0])
+                start = stop
+        return Drawing(self.bounds, np.asarray(self.walls), np.zeros((0, 2)), 1.5, tuple(corners))
 
     def free(self, pose: Pose) -> Flags:
         x_low, y_low, x_high, y_high = self.bounds

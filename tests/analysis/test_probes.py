@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from motorspace.analysis.baselines import skill
 
 from motorspace.analysis.equivalence import within_to_total_variance
 from motorspace.analysis.probes import displacement_targets, linear_probe
@@ -39,8 +38,3 @@ def test_within_to_total_variance_on_closed_forms():
 def test_displacement_targets_are_continuous_across_half_a_turn():
     before, after = displacement_targets(np.array([[1.0, 2.0, np.pi], [1.0, 2.0, -np.pi]]))
     np.testing.assert_allclose(before, after, atol=1e-6)
-
-
-def test_skill():
-    assert skill(1.0, 4.0) == 0.75
-    assert skill(4.0, 4.0) == 0.0

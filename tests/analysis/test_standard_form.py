@@ -5,12 +5,13 @@ import math
 import jax
 import numpy as np
 import pytest
-from motorspace.experiments.organisation import nominal, random_commands
 
 from motorspace import ForwardAgent, HolonomicAgent
 from motorspace.analysis import distances
 from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.analysis.standard_form import standard_form
+from motorspace.evaluation.subject import Subject, commands
+from motorspace.trajectories.commands import nominal
 
 NUM = 600
 
@@ -35,9 +36,9 @@ def sequences(request):
     """Random sequences, their displacements, and those of single commands."""
     rotation = 0.6 * math.pi
     agent = ForwardAgent(rotation) if request.param == "forward" else HolonomicAgent(rotation)
-    motors = random_commands(agent, (NUM, 6), key=jax.random.key(0))
-    commands = random_commands(agent, (10_000, 1), key=jax.random.key(1))
-    return motors, nominal(agent, motors), nominal(agent, commands)
+    motors = commands(Subject(None, agent, 6), (NUM, 6), key=jax.random.key(0))
+    single = commands(Subject(None, agent, 1), (10_000, 1), key=jax.random.key(1))
+    return motors, nominal(agent, motors), nominal(agent, single)
 
 
 def test_what_chance_has_set_is_undone(sequences):
@@ -77,7 +78,7 @@ def test_the_partial_correlation_is_of_what_is_left_however_little(sequences):
 
 def test_a_point_of_the_body_a_little_ahead_has_a_partial_correlation():
     agent = ForwardAgent(0.4 * math.pi)
-    motors = random_commands(agent, (NUM, 6), key=jax.random.key(0))
+    motors = commands(Subject(None, agent, 6), (NUM, 6), key=jax.random.key(0))
     exact = nominal(agent, motors)
     turns = exact[:, 2]
     ahead = displacement_coordinates(exact).points

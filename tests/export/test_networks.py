@@ -8,13 +8,14 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from motorspace.models.encoder import AbstractMotorEncoder, SumEncoder
 
 from motorspace._errors import UserError
 from motorspace.export.network import TOLERANCE, largest_difference, network_of
 from motorspace.export.numpy_model import load
 from motorspace.export.onnx import export_onnx, onnx_files
 from motorspace.export.standalone import export_numpy, numpy_files
+from motorspace.models.encoders.base import AbstractMotorEncoder
+from motorspace.models.encoders.baselines import SumEncoder
 from motorspace.training.run import Run
 from tests.export.networks import HORIZON, KINDS, run_of, sequences
 

@@ -149,7 +149,7 @@ SILENT = {
 @pytest.mark.parametrize("case", SILENT)
 def test_a_log_whose_odometry_may_be_corrected_is_refused_unless_it_is_named_raw(read, case):
     text = "\n".join(SILENT[case])
-    with pytest.raises(UserError, match=r"robot\.log: the log holds no raw odometry.*be raw if"):
+    with pytest.raises(UserError, match=r"robot\.log: the log holds no raw odometry.*to raw if"):
         read(text)
     recording = read(text, odometry="raw")
     assert recording.usable.all()

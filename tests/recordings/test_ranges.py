@@ -54,7 +54,7 @@ def test_readings_that_say_nothing_make_one_ask_for_the_unit(tmp_path):
         tmp_path / "robot.log", raw_log().replace("1 2 3 4 5 4", "110 220 330 440 550 440")
     )
     path.write_text(path.read_text().replace(" 3 2 1 ", " 330 220 110 "))
-    assert any("check the unit" in note for note in read_log(path).notes)
+    assert any("check max_range" in note for note in read_log(path).notes)
 
 
 @pytest.mark.parametrize("num", [9, 181, 360])

@@ -174,7 +174,7 @@ BROKEN = {
     ),
     "two decimal signs": (
         comma(TABLE).replace("0,25", "0.25"),
-        "the decimal sign is not clear: there are 0,5 and 0.25; let decimal be comma or point",
+        "the decimal sign is not clear: there are 0,5 and 0.25; set decimal to comma or point",
     ),
     "a sensor of nothing": (
         TABLE.replace(",2\n", ",\n").replace(",4\n", ",\n").replace(",-6", ","),

@@ -67,7 +67,7 @@ def test_intervals_without_a_command_are_no_command_of_zero(read):
             lines += [odom(0.9 * index, time=index), odom(0.9 * index + 1, time=index + 1)]
     recording = read("\n".join(lines), odometry="corrected")
     assert recording.usable.tolist() == [True, True, True, False, True, True, True]
-    assert "1 without a motor command (the first after scan 3)" in recording.notes[-1]
+    assert "1 without a motor command (first after scan 3)" in recording.notes[-1]
     transitions = windows(recording, horizon=2, per_scan=True)
     assert transition_starts(recording, 2).tolist() == [0, 1, 4, 5]
     assert (np.asarray(transitions.experience.motors)[..., 0] == 1).all()
@@ -79,12 +79,12 @@ CLOCKS = {
     "one gap": (
         [*REGULAR[:6], *(t + 600 for t in REGULAR[6:])],
         [5],
-        "1 longer than 10 s (up to 601",
+        "1 longer than 10 s, up to 601",
     ),
     "a step back": (
         [*REGULAR[:6], *(t - 5 for t in REGULAR[6:])],
         [5],
-        "1 where time runs backwards (the first after scan 5)",
+        "1 where time runs backwards (first after scan 5)",
     ),
     "a correction of the clock": (
         [*REGULAR[:6], *(t - 1.4 for t in REGULAR[6:])],
@@ -92,7 +92,7 @@ CLOCKS = {
         "the clock steps back 1 times by at most half the usual interval (0.4 s): kept",
     ),
     "a scan twice": ([*REGULAR[:6], *REGULAR[5:11]], [5], "1 where time stands still"),
-    "backwards": (REGULAR[::-1], range(11), "11 of 11 intervals between scans are part of no"),
+    "backwards": (REGULAR[::-1], range(11), "11 of 11 intervals between scans"),
     "a coarse clock": ([t // 4 for t in REGULAR], [], "the clock is too coarse"),
     "no clock": ([0.0] * 12, [], "the time stamps do not change or cannot be read"),
     "an unreadable clock": (["soon"] * 12, [], "the time stamps do not change or cannot be read"),
@@ -137,7 +137,7 @@ def test_jumps_of_the_odometry_are_left_out(read):
         ]
     recording = read("\n".join(lines))
     assert np.flatnonzero(~recording.usable).tolist() == [4]
-    assert "1 that jump in position (the first after scan 4)" in recording.notes[-1]
+    assert "1 that jump in position (first after scan 4)" in recording.notes[-1]
 
 
 def test_a_robot_that_mostly_stands_does_not_jump_when_it_drives(read):
@@ -148,7 +148,7 @@ def test_a_robot_that_mostly_stands_does_not_jump_when_it_drives(read):
 def test_an_interval_counts_for_one_reason(read):
     times = [*REGULAR[:6], *(t + 600 for t in REGULAR[6:])]
     recording = read(table(times, x=[*range(6), *range(56, 62)]))
-    assert recording.notes[-1].startswith("1 of 11 intervals")
+    assert recording.notes[-1].startswith("left out: 1 of 11 intervals")
     assert "jump" not in recording.notes[-1]
 
 

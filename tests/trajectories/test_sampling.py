@@ -17,11 +17,10 @@ from motorspace import (
     RangeFan,
     Scenario,
     UserError,
-    layout,
     sample,
 )
 from motorspace.trajectories.sampling import SamplingPlan, bytes_per_trajectory, simulate
-from motorspace.worlds.layouts import load_layout
+from motorspace.worlds.layouts import layout, load_layout
 
 PAPER, FAN = layout("paper"), RangeFan()
 SYSTEMS = {

@@ -5,15 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from motorspace import (
-    ForwardAgent,
-    HolonomicAgent,
-    LatticeAgent,
-    LatticeWorld,
-    Pose,
-    UserError,
-    layout,
-)
+from motorspace import ForwardAgent, HolonomicAgent, LatticeAgent, LatticeWorld, Pose, UserError
+from motorspace.worlds.layouts import layout
 
 QUARTER = np.pi / 2
 START = Pose(*jnp.array([1.0, 2.0, QUARTER, 0.0]))

@@ -4,7 +4,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from motorspace import LatticeWorld, NodeIndex, Pose, RangeFan, UserError, layout
+from motorspace import LatticeWorld, NodeIndex, Pose, RangeFan, UserError
+from motorspace.worlds.layouts import layout
 
 EMPTY = layout("empty")
 

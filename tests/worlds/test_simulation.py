@@ -16,12 +16,11 @@ from motorspace import (
     LatticeWorld,
     Pose,
     WalledWorld,
-    layout,
     layout_names,
     rollout,
 )
 from motorspace.worlds.exploration import MAX_REFUSALS, explore
-from motorspace.worlds.layouts import Layout
+from motorspace.worlds.layouts import Layout, layout
 from motorspace.worlds.simulation import nominal_displacement, step
 
 NUM, STEPS = 128, 24

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import shapely
 
-from motorspace import Pose, RangeFan, Scenario, WalledWorld, layout, sample
-from motorspace.worlds.layouts import INDEXED_FROM
+from motorspace import Pose, RangeFan, Scenario, WalledWorld, sample
+from motorspace.worlds.layouts import INDEXED_FROM, layout
 from motorspace.worlds.rooms import random_rooms
 from motorspace.worlds.tiles import FAR_AWAY, GROUP, REACH, tiled
 

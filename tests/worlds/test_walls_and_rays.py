@@ -8,8 +8,9 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motorspace import Pose, layout
+from motorspace import Pose
 from motorspace.se2 import cos_sin
+from motorspace.worlds.layouts import layout
 from motorspace.worlds.rays import cast
 from motorspace.worlds.walls import MARGIN, gap_to_move, gap_to_point, inside, least_gap
 

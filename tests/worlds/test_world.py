@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import shapely
 
-from motorspace import LatticeWorld, Pose, layout, layout_names
-from motorspace.worlds.layouts import load_layout
+from motorspace import LatticeWorld, Pose, layout_names
+from motorspace.worlds.layouts import layout, load_layout
 
 
 @pytest.mark.parametrize("name", layout_names())

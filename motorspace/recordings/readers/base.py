@@ -35,10 +35,7 @@ class AbstractReader(abc.ABC):
 
     def __post_init__(self) -> None:
         for option in parameters_of(type(self)):
-            if option.choices and (value := getattr(self, option.name)) not in option.choices:
-                raise UserError(
-                    f"{option.name} is {value!r}", remedy=f"choose {' or '.join(option.choices)}"
-                )
+            option.check(getattr(self, option.name))
         for name in ("max_gap", "max_jump"):
             value = getattr(self, name)
             if value is not None and not value > 0:

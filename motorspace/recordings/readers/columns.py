@@ -83,6 +83,8 @@ def with_point(word: str, *, comma: bool) -> str:
     A comma, or with a decimal comma a point, that does not group three digits makes it no number.
     """
     word = word.strip()
+    if not comma and "," not in word:
+        return word
     if comma and (DECIMAL_COMMA.fullmatch(word) or GROUPED_BY_POINT.fullmatch(word)):
         return word.replace(".", "").replace(",", ".")
     if not comma and GROUPED_BY_COMMA.fullmatch(word):

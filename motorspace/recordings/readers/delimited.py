@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
 from motorspace._errors import UserError
 from motorspace.recordings.readers.columns import (
@@ -55,15 +56,10 @@ def read_delimited(path: Path, *, separator: Separator, decimal: Decimal) -> Tab
         rows, numbers = rows[1:], numbers[1:]
     places = [f"{path}, line {number}" for number in numbers]
     comma = _decimal_comma(rows, used, decimal, where=path)
-    columns = {
-        header.names[index]: np.array(
-            [
-                _number(row[index], header.names[index], comma, place)
-                for row, place in zip(rows, places, strict=True)
-            ]
-        )
-        for index in used
-    }
+    columns = {}
+    for index in used:
+        words = [row[index] for row in rows]
+        columns[header.names[index]] = _numbers(words, header.names[index], comma, places)
     ignored = [name or "without a name" for name in header.names if not is_used(name)]
     dated = any(seconds(row[index]) is not None for row in rows[:1] for index in used)
     return Table(columns, ignored, places, notes, dated)
@@ -114,7 +110,8 @@ def _rows(
     for number, cells in _cells(lines, header, where=where):
         if not any(cell.strip() for cell in cells) or cells[0].lstrip().startswith("#"):
             continue
-        if [plain_name(cell) for cell in cells[:num]] == header.names:
+        again = plain_name(cells[0]) == header.names[0]
+        if again and [plain_name(cell) for cell in cells[:num]] == header.names:
             repeated += 1
             continue
         while len(cells) > num and not cells[-1].strip():
@@ -179,15 +176,29 @@ def _decimal_comma(
     if decimal != "auto":
         return decimal == "comma"
     words = [row[index].strip() for row in rows for index in used]
-    comma = next((word for word in words if DECIMAL_COMMA.fullmatch(word)), None)
-    point = next((word for word in words if "." in word and value(word) is not None), None)
-    if comma and point:
+    comma = next((w for w in words if "," in w and DECIMAL_COMMA.fullmatch(w)), None)
+    if comma is None:
+        return False
+    if point := next((w for w in words if "." in w and value(w) is not None), None):
         raise UserError(
             f"the decimal sign is not clear: there are {comma} and {point}",
             where=where,
-            remedy="let decimal be comma or point",
+            remedy="set decimal to comma or point",
         )
-    return comma is not None
+    return True
+
+
+def _numbers(
+    words: list[str], name: str, comma: bool, places: list[str]
+) -> Float[np.ndarray, " N"]:
+    """The numbers in a column, NaN where one is missing."""
+    try:
+        if not comma:
+            return np.array(words, np.str_).astype(np.float64)
+    except ValueError:  # a cell that is empty, grouped, a date, or wrong
+        pass
+    cells = zip(words, places, strict=True)
+    return np.array([_number(word, name, comma, place) for word, place in cells], np.float64)
 
 
 def _number(word: str, name: str, comma: bool, place: str) -> float:

@@ -59,7 +59,7 @@ class Scan(NamedTuple):
 
 
 class Log(NamedTuple):
-    """The rows of a log that are read, in its order, and what was found on the way."""
+    """The rows of a log that are read, in order, and notes on the others."""
 
     rows: list[Odometry | Scan]
     notes: list[str]
@@ -86,9 +86,6 @@ class LaserReader(AbstractReader):
         super().__post_init__()
         if self.num_rays < 1:
             raise UserError(f"num_rays must be at least 1, got {self.num_rays}")
-        for name in ("field_of_view", "max_range"):
-            if not 0 < getattr(self, name) < math.inf:
-                raise UserError(f"{name} must be above 0, got {getattr(self, name)}")
 
     @abc.abstractmethod
     def parse_rows(self, path: Path) -> Log:
@@ -171,7 +168,7 @@ class LaserReader(AbstractReader):
             raise UserError(
                 "the log holds no raw odometry: no two ODOM rows in a row between two scans",
                 where=where,
-                remedy=f"{NEEDS}, or let odometry be raw if the scans' poses are not corrected",
+                remedy=f"{NEEDS}, or set odometry to raw if the scans' poses are not corrected",
             )
         notes.append("corrected log; increments are taken between scans, never across one")
         return increments, poses
@@ -185,7 +182,7 @@ class LaserReader(AbstractReader):
 
 
 def _independent(odometry: Float[np.ndarray, "N 3"], poses: Float[np.ndarray, "N 3"]) -> bool:
-    """Whether the poses are more than the odometry seen from where the laser is mounted."""
+    """Whether the poses differ from the odometry by more than the constant offset of the laser."""
     known = np.isfinite(odometry).all(axis=1) & np.isfinite(poses).all(axis=1)
     if known.sum() < 2:
         return False

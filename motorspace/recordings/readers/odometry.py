@@ -37,7 +37,7 @@ class Track(NamedTuple):
 
 
 class Increments(NamedTuple):
-    """What moved the robot, and after which scan."""
+    """Movements by odometry, and the scan before each."""
 
     values: Float[np.ndarray, "L 3"]
     interval: Int[np.ndarray, " L"]
@@ -81,9 +81,9 @@ def across_scans(track: Track) -> tuple[Increments, Float[np.ndarray, "N 3"]]:
 def is_one_frame(track: Track) -> bool:
     """Whether all poses are in the frame of the odometry, as far as the data tell.
 
-    Steps of odometry across a scan are held against those without a scan in between: most of them
-    being faster than the robot drives, or off the course of the step before, means that the frame
-    jumps. Where too few steps have no scan in between, the scans' poses must lie on the way.
+    The frame jumps if most steps of odometry across a scan are faster than the robot drives
+    elsewhere, or leave the course of the step before. Where too few steps have no scan in between
+    to compare with, the poses of the scans must lie on the way of the odometry.
     """
     if np.isnan(track.pose[track.scan]).any(axis=1).all():
         return True
@@ -116,7 +116,7 @@ def _after(track: Track) -> Int[np.ndarray, " P"]:
 def _too_fast(
     track: Track, length: Float[np.ndarray, " J"], across: Bool[np.ndarray, " J"]
 ) -> Bool[np.ndarray, " J"] | None:
-    """Steps of which the clock says that no robot makes them; None where the clock is no use."""
+    """Steps that are faster than the robot drives; None where the clock cannot be used."""
     seconds = np.diff(_odometry_time(track))
     usual = ~across & (length > 0)
     ticking = usual & (seconds > 0)

@@ -11,7 +11,7 @@ from motorspace._errors import UserError
 Invalid = Literal["max_range", "leave_out", "refuse"]
 
 CODES = (81.83, 81.87, 81.89, 81.90, 81.91)
-"""What a SICK LMS reports, in units of 100 of its own, when it measures nothing."""
+"""What a SICK LMS reports when it measures nothing: 8183 to 8191 centimetres, here in metres."""
 
 
 class Beams(NamedTuple):
@@ -25,7 +25,7 @@ class Beams(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """What N scans say along the rays that are kept."""
+    """The readings of N scans along the kept rays."""
 
     sensors: Float[np.ndarray, "N K"]
     """World units, from 0 to the maximum range."""
@@ -92,7 +92,7 @@ def interpret(
         raise UserError(
             f"{wrong.sum()} readings are invalid, the first is {raw[scan, ray]} in scan {scan}",
             where=where,
-            remedy="let invalid be max_range or leave_out",
+            remedy="set invalid to max_range or leave_out",
         )
     notes = []
     if wrong.any():
@@ -104,10 +104,11 @@ def interpret(
     if nothing.any():
         notes.append(
             f"{nothing.sum()} of {raw.size} readings are no return (0, infinite, a code of the "
-            f"laser, or at least {limit:g}): {limit:g}"
+            f"laser, or {limit:g} and more): each counts as {limit:g}"
         )
     if (nothing | wrong).mean() > 0.9:
         notes.append(
-            "more than nine readings in ten say nothing: check the unit of the ranges and max_range"
+            "more than nine readings in ten are no return or invalid: check max_range and the unit "
+            "of the ranges"
         )
     return Reading(np.where(nothing | wrong, limit, raw), limit, wrong.any(axis=1), tuple(notes))

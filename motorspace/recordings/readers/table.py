@@ -125,7 +125,7 @@ class TableReader(AbstractReader):
                     raise UserError(
                         f"{name} is missing",
                         where=place,
-                        remedy="fill it, or let missing be leave_out",
+                        remedy="fill it, or set missing to leave_out",
                     )
                 notes.append(f"{name} is missing in {lacking.sum()} rows (the first: {place})")
             _refuse_overflow(name, values, table.places[rows])

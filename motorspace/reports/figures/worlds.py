@@ -27,15 +27,14 @@ def world_figure(
     """
     figure = new_figure(6, 6)
     axes = figure.add_subplot()
-    pointer = _draw_world(axes, world)
+    _draw_world(axes, world)
     for pose in poses:
         rays = np.zeros((0, 2, 2)) if sensor is None else sensor.rays(world, pose)
         axes.add_collection(LineCollection(list(rays), colors=SERIES[1], linewidths=0.9))
         axes.scatter(rays[:, 1, 0], rays[:, 1, 1], s=10, color=SERIES[1], zorder=3, linewidths=0)
         x, y, gaze = float(pose.x), float(pose.y), float(pose.gaze)
         axes.scatter([x], [y], s=55, color=SERIES[0], zorder=4, linewidths=0)
-        ahead = (x + pointer * np.cos(gaze), y + pointer * np.sin(gaze))
-        axes.plot(*zip((x, y), ahead, strict=True), color=ink("text"), zorder=5)
+        axes.plot([x, x + np.cos(gaze)], [y, y + np.sin(gaze)], color=ink("text"), zorder=5)
     return figure
 
 
@@ -74,12 +73,13 @@ def layouts_figure(worlds: Mapping[str, AbstractWorld]) -> Figure:
     return figure
 
 
-def _draw_world(axes: Axes, world: AbstractWorld) -> float:
-    """Draws what a world shows; returns the length of a line that shows where an agent looks."""
-    (x_low, y_low, x_high, y_high), lines, points, pointer, areas = world.drawing()
-    axes.add_collection(LineCollection(list(lines), colors=ink("text"), linewidths=1.8))
-    axes.scatter(points[:, 0], points[:, 1], s=12, color=ink("muted"), linewidths=0)
-    for corners in areas:
+def _draw_world(axes: Axes, world: AbstractWorld) -> None:
+    drawing = world.drawing()
+    x_low, y_low, x_high, y_high = drawing.bounds
+    axes.add_collection(LineCollection(list(drawing.lines), colors=ink("text"), linewidths=1.8))
+    if len(drawing.points):
+        axes.scatter(drawing.points[:, 0], drawing.points[:, 1], s=12, color=ink("text"))
+    for corners in drawing.solids:
         axes.fill(*corners.T, color=ink("grid"))
     margin = 0.02 * (x_high - x_low)
     axes.set(
@@ -89,4 +89,3 @@ def _draw_world(axes: Axes, world: AbstractWorld) -> float:
     )
     axes.grid(False)
     axes.spines[:].set_visible(False)
-    return pointer
