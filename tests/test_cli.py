@@ -135,15 +135,6 @@ def test_examples_run(script, capsys):
     assert capsys.readouterr().out
 
 
-def test_the_readme_runs():
-    blocks = (ROOT / "README.md").read_text().split("```python\n")[1:]
-    assert blocks
-    for block in blocks:
-        names: dict[str, object] = {}
-        exec(block.split("```")[0], names)
-        assert names["codes"].shape == (1000, 50)
-
-
 @pytest.mark.parametrize("device", ["quantum", "cuda"])
 def test_a_device_that_is_missing_is_told_with_those_there_are(device):
     if device == "cuda" and jax.default_backend() == "gpu":
