@@ -43,9 +43,11 @@ bench: .venv-bench/.installed
 tables: $(STAMP)
 	$(BIN)/python -m docs.tables
 
-# The pages of the tutorials: text, code, what it prints and draws. Takes some ten minutes.
+# The pages of the tutorials: text, code, what it prints and draws; and the pictures that show a
+# trained network. Takes some ten minutes.
 tutorials: $(STAMP)
 	$(BIN)/python -m docs.run_tutorials
+	$(BIN)/python -m docs.portraits
 
 # The site in site/index.html. Broken links, missing names and pictures, and anything that a page
 # would load from the network fail.
