@@ -2,12 +2,13 @@
 
 import math
 from dataclasses import fields, replace
+from pathlib import Path
 
 import equinox as eqx
 import pytest
 
 from motorspace.models.encoders.baselines import ConstantEncoder
-from motorspace.running.store import Result
+from motorspace.running.store import Result, read_lines
 from motorspace.studies import (
     ablation,
     angle_scale,
@@ -20,11 +21,17 @@ from motorspace.studies import (
     table1,
 )
 from motorspace.studies.cells import system
-from motorspace.studies.rows import Row, rows_of
+from motorspace.studies.reproduce import execute
+from motorspace.studies.rows import Row, known_measure, rows_of
+from motorspace.studies.study import studies
 from motorspace.training.config import RunConfig
-from motorspace.training.data import Derived
+from motorspace.training.data import Derived, Logged
 from motorspace.training.run import initial_run
+from motorspace.training.settings import changed
+from tests.recordings.logs import corrected_log
 from tests.tiny import TINY
+
+RESULTS = Path(__file__).parents[2] / "results"
 
 
 def row(study, runs=({},), **cell):
@@ -163,3 +170,33 @@ def test_robots_learn_without_their_motors_from_one_length():
     assert by_variant["no-motors"].data.min_horizon == by_variant["no-motors"].data.horizon == 6
     assert by_variant["oracle"].data.change == "oracle"
     assert not by_variant["untrained"].training.train_encoder
+
+
+MEASURES = [(s.name, m) for s in studies().values() for m in s.measures if s.name != "robots"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "measure"), MEASURES)
+def test_every_study_measures_a_short_run(tmp_path, name, measure):
+    job = next(j for j in studies()[name].jobs("quick", 1) if j.measure == measure)
+    short = {"epochs": 2, "trajectories_per_epoch": 200, "hidden_size": 8, "width_size": 8}
+    metrics = execute(replace(job, config=changed(job.config, short)), tmp_path, num=8000)
+    assert metrics and all(known_measure(key) for key in metrics)
+    if measure != "course":
+        assert {*shown_keys(name)} & {*metrics}
+
+
+def shown_keys(name):
+    """The measures that the results of a study have."""
+    return read_lines(RESULTS / f"{name}.jsonl")[0].metrics
+
+
+@pytest.mark.slow
+def test_a_robot_of_a_small_log_is_measured(tmp_path):
+    log = tmp_path / "robot.log"
+    log.write_text(corrected_log(200, claimed=1.0))
+    (job, *_) = robots.jobs("quick", 1)
+    config = changed(job.config, {"epochs": 2, "horizon": 2, "min_horizon": 1})
+    config = replace(config, data=Logged(log, "carmen", horizon=2, min_horizon=1))
+    metrics = execute(replace(job, config=config), tmp_path / "run", num=100)
+    assert metrics.keys() == shown_keys("robots").keys() | {"code_variance"}
