@@ -11,27 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.harness import MOST_FOREIGN_LOAD, Launch
+from benchmarks.suites import Setup, setups, suites
 from motorspace._files import write_json
 
 LAUNCHES, ATTEMPTS = 3, 6
 OUT = Path("results")
-SUITES = [
-    ("sensing", 1, {}),
-    ("sensing", 2, {}),
-    ("many_walls", 1, {}),
-    ("trajectories", 2, {}),
-    ("stepping", 1, {}),
-    ("training", 1, {"BENCHMARK_BATCH": "100"}),
-    ("training", 2, {"BENCHMARK_BATCH": "100"}),
-    ("training", 2, {"BENCHMARK_BATCH": "1000"}),
-    ("lookup", 1, {}),
-    ("many_agents", 2, {}),
-    ("system", 2, {}),
-    ("whole_table", 2, {}),
-    ("sampling", 1, {}),
-    ("demo", 2, {}),
-    ("report", 2, {}),
-]
 
 
 def main() -> None:
@@ -39,39 +23,37 @@ def main() -> None:
 
     Rows of suites that are not named stay as they were measured before.
     """
-    named = sys.argv[1:] or [module for module, *_ in SUITES]
-    if unknown := set(named) - {module for module, *_ in SUITES}:
+    named = sys.argv[1:] or suites()
+    if unknown := set(named) - set(suites()):
         sys.exit(f"benchmarks: there is no suite {', '.join(sorted(unknown))}")
     out = OUT / "benchmarks.json"
     kept = json.loads(out.read_text())["rows"] if out.exists() else []
     rows = [row for row in kept if row["suite"] not in named]
-    for module, threads, settings in SUITES:
-        if module not in named:
-            continue
-        launches, rejected = launch(module, threads, settings)
+    for suite, setup in ((name, setup) for name in named for setup in setups(name)):
+        launches, rejected = launch(suite, setup)
         if not launches:
-            sys.exit(f"benchmarks: {module}: the machine was busy in all of {ATTEMPTS} launches")
-        described = {"suite": module, "processor": machine()["processor"]}
+            sys.exit(f"benchmarks: {suite}: the machine was busy in all of {ATTEMPTS} launches")
+        described = {"suite": suite, "processor": machine()["processor"]}
         rows += [described | row for row in suite_rows(launches, rejected)]
     described = {"command": "make bench", "date": date.today().isoformat(), "machine": machine()}
     write_json(out, described | {"rows": rows})
 
 
-def launch(module: str, threads: int, settings: dict[str, str]) -> tuple[list[Launch], int]:
+def launch(suite: str, setup: Setup) -> tuple[list[Launch], int]:
     """Launches on an otherwise idle machine, and how many were rejected."""
     counted: list[Launch] = []
-    attempts = 0
+    attempts, threads = 0, setup.threads
     while len(counted) < LAUNCHES and attempts < ATTEMPTS:
         attempts += 1
         with tempfile.NamedTemporaryFile(suffix=".json") as out:
-            environment = os.environ | settings | {
+            environment = os.environ | setup.settings | {
                 "BENCHMARK_OUT": out.name,
                 "BENCHMARK_THREADS": str(threads),
                 "OMP_NUM_THREADS": str(threads),
                 "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false" if threads == 1 else "",
             }  # fmt: skip
             cores = ",".join(map(str, range(threads)))
-            command = ["taskset", "-c", cores, sys.executable, "-m", f"benchmarks.{module}"]
+            command = ["taskset", "-c", cores, sys.executable, "-m", f"benchmarks.suites.{suite}"]
             subprocess.run(command, env=environment, check=True)
             done = Launch(**json.loads(Path(out.name).read_text()))
         if done.counts:

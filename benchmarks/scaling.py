@@ -18,10 +18,12 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from benchmarks.__main__ import OUT, machine
 from benchmarks.harness import best_seconds
-from benchmarks.whole_table import side_by_side
+from benchmarks.suites.sampling import sampler
+from benchmarks.suites.whole_table import side_by_side
 from motorspace._files import write_json
 from motorspace._types import Pose
 from motorspace.training.config import RunConfig
+from motorspace.training.data import simulated
 from motorspace.training.fit import horizon_of, init, train_epoch, train_epoch_together
 from motorspace.training.settings import changed
 from motorspace.training.sources import simulation_scaling, source_of
@@ -131,7 +133,7 @@ def on_cores(what: str, cores: int) -> list[dict[str, Any]]:
 
 def work() -> Iterator[dict[str, Any]]:
     yield scans("cores, scan", 0, layout("paper"), RangeFan(), NUM_POSES)
-    yield trajectories(FORWARD.data.horizon, CHUNK_SIZE) | {"what": "cores, trajectory"}
+    yield trajectories(simulated(FORWARD.data).horizon, CHUNK_SIZE) | {"what": "cores, trajectory"}
     for batch in (100, 1_000):
         yield updates(f"cores, sample in batches of {batch:,}", 0, FORWARD, batch)
 
@@ -146,7 +148,7 @@ def seeds_together() -> Iterator[dict[str, Any]]:
         )
         keys = jax.random.split(jax.random.key(0), num)
         given = repeated, data.experience, config.training
-        trained = train_epoch_together.lower(*given, keys=keys).compile()
+        trained = train_epoch_together.lower(*given, keys=keys).compile()  # type: ignore[attr-defined]
         seconds = best_seconds(
             lambda: jax.block_until_ready(trained(*given, keys=keys)),  # noqa: B023
             seconds=5.0,
@@ -164,10 +166,10 @@ def updates(what: str, value: int, config: RunConfig, batch: int) -> dict[str, A
     num = max(NUM_UPDATES, 200 // batch) * batch
     size = {"trajectories_per_epoch": num, "batch_size": batch, "curriculum": 0.0}
     config = changed(config, size)
-    data = jax.jit(source_of(config).experience)(jax.random.key(0), jnp.array(0))
-    state = init(config, simulation_scaling(config), horizon=config.data.horizon)
+    data = sampler(config)(jax.random.key(0), jnp.array(0))
+    state = init(config, simulation_scaling(config), horizon=simulated(config.data).horizon)
     given, key = (state, data, config.training), jax.random.key(0)
-    trained = train_epoch.lower(*given, key=key).compile()
+    trained = train_epoch.lower(*given, key=key).compile()  # type: ignore[attr-defined]
     seconds = best_seconds(lambda: jax.block_until_ready(trained(*given, key=key)), seconds=2.0)
     return row(what, value, seconds / num, memory(trained.compiled) / num)
 
@@ -176,7 +178,7 @@ def trajectories(horizon: int, num: int) -> dict[str, Any]:
     lengths = jnp.array(horizon), jnp.array(horizon)
     plan = SamplingPlan(num, horizon, "resample")
     given, key = (Scenario(), plan, lengths), jax.random.key(0)
-    drawn = simulate.lower(*given, key=key).compile()
+    drawn = simulate.lower(*given, key=key).compile()  # type: ignore[attr-defined]
     seconds = best_seconds(lambda: jax.block_until_ready(drawn(*given, key=key)))
     return row("horizon", horizon, seconds / num, memory(drawn.compiled) / num)
 

@@ -4,7 +4,6 @@ import math
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +14,7 @@ from motorspace._files import write_atomically
 from motorspace.running.jobs import Job, cell
 from motorspace.running.processes import Processes
 from motorspace.running.work import Failure, forget_outcome
+from motorspace.studies.cells import oracle
 from motorspace.training import folder as run_folder
 from motorspace.training.config import RunConfig
 from motorspace.training.data import Derived, Simulated
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 ROTATION = 0.4
 """The agent's largest rotation in one step, in units of pi."""
-EPOCHS = 300
+EPOCHS = 400
 """Of the paper's 5,000: a first look, not the result."""
 NUM_TEST = 24_000
 NUM_WALKS, WALK_STEPS = 8, 12
@@ -73,13 +73,7 @@ def demo(out: Path, *, seed: int = 0, report: Report = lambda line: None) -> Pat
 def demo_jobs(seed: int) -> list[Job]:
     """The runs of the demo: the presets `paper` and `best`, and the oracle."""
     paper, best = (_config(preset, seed) for preset in ("paper", "best"))
-    assert isinstance(paper.data, Simulated)
-    oracle = replace(paper, data=Derived(paper.data, "oracle"))
-    configs = {
-        "best": best,
-        "paper": paper,
-        "oracle": changed(oracle, {"encoder": "identity", "curriculum": 0.0}),
-    }
+    configs = {"best": best, "paper": paper, "oracle": oracle(paper)}
     return [Job("runs", cell(network=name), config, place=name) for name, config in configs.items()]
 
 

@@ -10,7 +10,7 @@ import pytest
 from benchmarks import scaling
 from benchmarks.claims import claims
 from benchmarks.harness import Contender, Launch, report_once, take_turns
-from benchmarks.sensing import FAN, LAYOUT, MAX_RANGE, exact_ranges
+from benchmarks.suites.sensing import FAN, LAYOUT, MAX_RANGE, exact_ranges
 from motorspace._types import Pose
 from motorspace.training.settings import changed
 from motorspace.worlds.layouts import layout

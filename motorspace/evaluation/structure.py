@@ -114,7 +114,8 @@ def measures(subject: Subject, *, seed: int) -> Metrics:
 
 def values(report: Topology) -> Metrics:
     """The measures of a report as plain numbers by their keys."""
-    return {key: float(value) for key, value in report.items()}
+    weight = {"orientation_weight": report.weight}
+    return weight | {key: float(value) for key, value in report.items()}
 
 
 def sampled(subject: Subject, *, seed: int, subsets: int = 5) -> Sampled:

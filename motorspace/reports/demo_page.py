@@ -25,17 +25,18 @@ STRUCTURE = (
 )
 """The measures of the small table."""
 
-NEXT = {
-    "Measure these codes in every way": "`motorspace topology {runs}/best`",
-    "Train for longer": "`motorspace train forward --max-rotation 0.4 --preset best --epochs 1000`",
-    "Try another body, sensor and world": "`motorspace train holonomic --num-rays 15 --layout"
-    " four_rooms`",
-    "Learn from a robot's log": "`motorspace train --data LOG`",
-    "Do it in Python": "`examples/first_steps.py`",
-    "Bring your own agent, sensor, encoder or log": "`examples/own_classes.py`",
-    "Repeat the paper's table": "`motorspace reproduce table1`",
-}
-"""Where to go next, and what to type or read."""
+NEXT = """Measure these codes in every way: `motorspace topology {runs}/best`
+
+Train for longer: `motorspace train forward --max-rotation 0.4 --preset best --epochs 1000`
+
+Try another body, sensor and world: `motorspace train holonomic --num-rays 15 --layout four_rooms`
+
+Learn from a robot's log: `motorspace train --data LOG`
+
+Do it in Python: `examples/first_steps.py`; with an agent, a sensor, an encoder or a log of your
+own: `examples/own_classes.py`
+
+Repeat the paper's table: `motorspace reproduce table1`"""
 
 
 @dataclass(frozen=True)
@@ -80,12 +81,7 @@ def demo_page(
             _errors(networks, oracle),
             _codes(networks),
             _structure(networks),
-            Section(
-                "Where to go next",
-                rows=[
-                    {"": what, "type or read": how.format(runs=runs)} for what, how in NEXT.items()
-                ],
-            ),
+            Section("Where to go next", NEXT.format(runs=runs)),
         ],
         lead="It turns, moves ahead, and measures distances to walls. A network learns to predict"
         " these distances from its motor commands. Nothing tells it where it is, and yet the codes"
@@ -126,7 +122,7 @@ def _learning(networks: Mapping[str, Network], oracle: Mapping[str, float], epoc
         " commands. `best` turns each command into a matrix and multiplies them. At first"
         " sequences are short; as they grow to six commands, the task becomes harder and the error"
         " rises in steps.\n\n"
-        f"This is a first look: {epochs} epochs, less than two minutes, where the paper has 5,000.",
+        f"This is a first look, of a minute or two: {epochs} epochs, where the paper has 5,000.",
         pictures=[picture("Prediction error over epochs", lambda: learning_figure(curves, levels))],
     )
 
@@ -134,18 +130,19 @@ def _learning(networks: Mapping[str, Network], oracle: Mapping[str, float], epoc
 def _errors(networks: Mapping[str, Network], oracle: Mapping[str, float]) -> Section:
     metrics = networks["paper"].metrics
     errors = {
-        "the network `paper`": metrics["prediction.error"],
-        "the network `best`": networks["best"].metrics["prediction.error"],
-        "the oracle: the same predictor, given the true displacement": oracle["prediction.error"],
-        "always the mean of the sensors": metrics["prediction.mean"],
+        "network `paper`": metrics["prediction.error"],
+        "network `best`": networks["best"].metrics["prediction.error"],
+        "oracle": oracle["prediction.error"],
+        "mean of the sensors": metrics["prediction.mean"],
         "no change": metrics["prediction.persistence"],
     }
     return Section(
         "How well it predicts",
-        f"On {int(metrics['prediction.num']):,} trajectories that training never saw. The oracle"
-        " knows all that a displacement can tell; what it still gets wrong lies behind corners.",
+        f"On {int(metrics['prediction.num']):,} trajectories that training never saw. The oracle is"
+        " the same predictor, given the true displacement instead of a code: what it still gets"
+        " wrong lies behind corners. Mean squared errors, and their share of that of no change.",
         rows=[
-            {"prediction": name, "mean squared error": value, "of no change": f"{share:.0%}"}
+            {"predictor": name, "error": value, "relative": f"{share:.0%}"}
             for name, value in errors.items()
             for share in [value / metrics["prediction.persistence"]]
         ],

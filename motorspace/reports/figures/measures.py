@@ -158,7 +158,7 @@ def learning_figure(
         curves: {name: the mean squared error after each epoch}.
         references: {name: level}.
     """
-    figure = new_figure(11.5, 4.2)
+    figure = new_figure(7.5, 4.0)
     axes = figure.add_subplot()
     for name, values in curves.items():
         axes.plot(np.arange(1, len(values) + 1), values, label=name)

@@ -12,7 +12,7 @@ import torch
 
 from benchmarks.harness import Contender, Launch, report, take_turns
 from benchmarks.roofline import compiled
-from benchmarks.sensing import FAN, LAYOUT, MAX_RANGE, NUM_RAYS, vmas_world
+from benchmarks.suites.sensing import FAN, LAYOUT, MAX_RANGE, NUM_RAYS, vmas_world
 from motorspace.trajectories.sampling import sample
 from motorspace.worlds.agents import ForwardAgent
 from motorspace.worlds.layouts import layout

@@ -14,7 +14,7 @@ from ratinabox.Environment import Environment
 
 import motorspace.environments  # noqa: F401, which registers the environments
 from benchmarks.harness import Contender, Launch, report, take_turns
-from benchmarks.sensing import FAN, LAYOUT, MAX_RANGE, NUM_RAYS
+from benchmarks.suites.sensing import FAN, LAYOUT, MAX_RANGE, NUM_RAYS
 from motorspace.worlds.layouts import layout
 from motorspace.worlds.world import WalledWorld
 

@@ -2,6 +2,8 @@
 
 import math
 import os
+from collections.abc import Callable
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -10,12 +12,13 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from benchmarks.harness import Contender, Launch, report, take_turns
-from benchmarks.sensing import (
+from benchmarks.suites.sensing import (
     FAN,
     LAYOUT,
     MAX_RANGE,
     NUM_POSES,
     NUM_RAYS,
+    Answer,
     errors_of,
     exact_ranges,
     motorspace,
@@ -44,7 +47,7 @@ def main() -> None:
     report(Launch("scans beside tables", "rays", threads, rates, first, errors, foreign))
 
 
-def marching(world: WalledWorld, poses: Pose, threads: int):
+def marching(world: WalledWorld, poses: Pose, threads: int) -> Answer:
     """A map of distances to the nearest wall: a ray goes on by as much until it is at one.
 
     So do the simulators of F1TENTH and, as "ray marching", range_libc (Walsh and Karaman, 2018).
@@ -60,7 +63,7 @@ def marching(world: WalledWorld, poses: Pose, threads: int):
     return _numba("marching in a map of distances", distances, march, poses)
 
 
-def table(world: WalledWorld, poses: Pose, threads: int):
+def table(world: WalledWorld, poses: Pose, threads: int) -> Answer:
     """Every range there is from every cell: range_libc's "giant lookup table"."""
     del threads
     size, fan = round(40 / CELL), RangeFan(NUM_ANGLES, MAX_RANGE, 2 * HALF_TURN)
@@ -73,7 +76,7 @@ def table(world: WalledWorld, poses: Pose, threads: int):
     return _numba("giant table", ranges, look_up, poses)
 
 
-def _numba(name: str, array: np.ndarray, scan, poses: Pose):
+def _numba(name: str, array: np.ndarray, scan: Callable[..., None], poses: Pose) -> Answer:
     given = [np.asarray(v, np.float32) for v in (poses.x, poses.y, poses.heading)]
     array, fan = array.astype(np.float32), FAN.astype(np.float32)
     out = np.empty((NUM_RAYS, NUM_POSES), np.float32)
@@ -84,7 +87,7 @@ def _numba(name: str, array: np.ndarray, scan, poses: Pose):
 
 
 @numba.njit(fastmath=True)
-def march(distances, xs, ys, headings, fan, out):
+def march(distances: Any, xs: Any, ys: Any, headings: Any, fan: Any, out: Any) -> None:
     for pose in range(len(xs)):
         for ray in range(len(fan)):
             angle = headings[pose] + fan[ray]
@@ -99,7 +102,7 @@ def march(distances, xs, ys, headings, fan, out):
 
 
 @numba.njit(fastmath=True)
-def look_up(ranges, xs, ys, headings, fan, out):
+def look_up(ranges: Any, xs: Any, ys: Any, headings: Any, fan: Any, out: Any) -> None:
     for pose in range(len(xs)):
         column, row = int(xs[pose] / CELL), int(ys[pose] / CELL)
         for ray in range(len(fan)):

@@ -4,16 +4,18 @@ import itertools
 import os
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import torch
 from torch import nn
 
 from benchmarks.harness import Contender, Launch, report, take_turns
 from benchmarks.roofline import fma_peak
+from benchmarks.suites.sampling import sampler
 from motorspace.training.config import RunConfig
 from motorspace.training.fit import init, train_epoch
 from motorspace.training.settings import changed
-from motorspace.training.sources import simulation_scaling, source_of
+from motorspace.training.sources import simulation_scaling
 from motorspace.trajectories.transitions import Experience
 
 UPDATES = 10
@@ -25,7 +27,7 @@ def main() -> None:
     torch.set_num_threads(threads)
     epoch = {"trajectories_per_epoch": UPDATES * batch, "batch_size": batch, "curriculum": 0.0}
     config = changed(RunConfig(), epoch)
-    data = jax.jit(source_of(config).experience)(jax.random.key(0), 1)
+    data = sampler(config)(jax.random.key(0), jnp.array(1))
     contenders = [
         motorspace(config, data),
         pytorch("nn.LSTM, fused Adam", Fused(), data, batch),

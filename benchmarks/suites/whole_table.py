@@ -9,8 +9,6 @@ from benchmarks.harness import Launch, report, take_turns, watch_foreign_load
 from benchmarks.roofline import fma_peak
 
 EPOCHS, TURNS = 60, 3
-SAMPLES = 12 * 5000 * 2000
-"""Twelve systems, 5,000 epochs of 2,000 trajectories."""
 
 ONE_RUN = """
 import os, sys, time

@@ -1,6 +1,7 @@
 """Sensed steps of many agents at once: one command and one scan each."""
 
 import os
+from typing import Any
 
 import gymnasium
 import jax
@@ -9,8 +10,8 @@ import torch
 
 import motorspace.environments  # noqa: F401, which registers the environments
 from benchmarks.harness import Contender, Launch, report, take_turns
-from benchmarks.sensing import LAYOUT, MAX_RANGE, NUM_RAYS
-from benchmarks.trajectories import vmas_moves
+from benchmarks.suites.sensing import LAYOUT, MAX_RANGE, NUM_RAYS
+from benchmarks.suites.trajectories import vmas_moves
 from motorspace.worlds.layouts import layout
 from motorspace.worlds.world import WalledWorld
 
@@ -64,8 +65,8 @@ def jaxnav(num: int) -> Contender:
     _, state = jax.jit(jax.vmap(env.reset))(jax.random.split(jax.random.key(0), num))
 
     @jax.jit
-    def steps(state, key):
-        def advance(state, key):
+    def steps(state: Any, key: jax.Array) -> Any:
+        def advance(state: Any, key: jax.Array) -> Any:
             action = {"agent_0": jax.random.uniform(key, (num, 2), minval=-1.0)}
             seen, state, *_ = jax.vmap(env.step_env)(jax.random.split(key, num), state, action)
             return state, seen["agent_0"][:, 0]

@@ -8,13 +8,12 @@ import torch
 
 from benchmarks.harness import Contender, Launch, report, take_turns
 from benchmarks.roofline import fma_peak
-from benchmarks.sampling import motorspace
-from benchmarks.sensing import LAYOUT
-from benchmarks.training import Fused, Paper, Unrolled, pytorch
-from benchmarks.trajectories import vmas
+from benchmarks.suites.sampling import motorspace, sampler
+from benchmarks.suites.sensing import LAYOUT
+from benchmarks.suites.training import Fused, Paper, Unrolled, pytorch
+from benchmarks.suites.trajectories import vmas
 from motorspace.training.config import RunConfig
 from motorspace.training.settings import changed
-from motorspace.training.sources import source_of
 from motorspace.worlds.layouts import layout
 from motorspace.worlds.world import WalledWorld
 
@@ -37,7 +36,7 @@ def main() -> None:
 def with_vmas(name: str, network: Paper, world: WalledWorld, config: RunConfig) -> Contender:
     """What VMAS's epoch costs, then an epoch of updates on transitions of ours, alike in shape."""
     num, batch = config.training.trajectories_per_epoch, config.training.batch_size
-    data = jax.jit(source_of(config).experience)(jax.random.key(0), jnp.array(0))
+    data = sampler(config)(jax.random.key(0), jnp.array(0))
     drawing = vmas(world, num)
     updates = pytorch(name, network, data, batch)
 

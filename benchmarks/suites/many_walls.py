@@ -2,6 +2,7 @@
 
 import os
 import sys
+from functools import partial
 
 import equinox as eqx
 import jax
@@ -28,7 +29,9 @@ def main() -> None:
     fan = RangeFan()
     sense = eqx.filter_jit(lambda world: fan.sense(world, poses))
     contenders = [
-        Contender(name, lambda world=world: jax.block_until_ready(sense(world)), NUM_POSES)
+        Contender(
+            name, partial(lambda world: jax.block_until_ready(sense(world)), world), NUM_POSES
+        )
         for name, world in (("motorspace", indexed), ("own brute force", plain))
     ]
     rates, first, foreign = take_turns(contenders)

@@ -3,6 +3,8 @@
 import math
 import os
 import sys
+from collections.abc import Callable
+from typing import Any
 
 import jax
 import numpy as np
@@ -18,6 +20,10 @@ NUM_POSES, NUM_RAYS, MAX_RANGE = 16_384, 9, 10.0
 FAN = np.linspace(-math.pi / 2, math.pi / 2, NUM_RAYS)
 Ranges = np.ndarray
 """Shape [rays, poses], float64."""
+
+
+Answer = tuple[Contender, Callable[[], Ranges]]
+"""Who scans, and what it finds."""
 
 
 def main() -> None:
@@ -68,7 +74,7 @@ def exact_ranges(walls: np.ndarray, x: np.ndarray, y: np.ndarray, angles: np.nda
     return nearest
 
 
-def motorspace(world: WalledWorld, poses: Pose, threads: int):
+def motorspace(world: WalledWorld, poses: Pose, threads: int) -> Answer:
     del threads
     fan = RangeFan(NUM_RAYS, MAX_RANGE)
     sense = jax.jit(lambda poses: fan.sense(world, poses))
@@ -76,7 +82,7 @@ def motorspace(world: WalledWorld, poses: Pose, threads: int):
     return Contender("motorspace", run, NUM_POSES * NUM_RAYS), lambda: np.asarray(run(), float)
 
 
-def open3d(world: WalledWorld, poses: Pose, threads: int):
+def open3d(world: WalledWorld, poses: Pose, threads: int) -> Answer:
     """Open3D's ray casting (Embree 4): every wall an upright rectangle of two triangles."""
     import open3d.core as o3c
     from open3d.t.geometry import RaycastingScene
@@ -100,7 +106,7 @@ def open3d(world: WalledWorld, poses: Pose, threads: int):
     rays[..., 3], rays[..., 4] = np.cos(angles), np.sin(angles)
     given = o3c.Tensor.from_numpy(rays)
 
-    def run():
+    def run() -> Any:
         return scene.cast_rays(given, nthreads=threads)["t_hit"]
 
     return (
@@ -109,7 +115,7 @@ def open3d(world: WalledWorld, poses: Pose, threads: int):
     )
 
 
-def vmas(world: WalledWorld, poses: Pose, threads: int):
+def vmas(world: WalledWorld, poses: Pose, threads: int) -> Answer:
     """VMAS's lidar: one world per pose in its batch, every wall a line."""
     import torch
 
@@ -120,7 +126,7 @@ def vmas(world: WalledWorld, poses: Pose, threads: int):
     agent.set_pos(torch.tensor(at), batch_index=None)
     angles = torch.tensor(np.asarray(FAN[:, None] + poses.heading)[:, :num].T.copy()).float()
 
-    def run():
+    def run() -> Any:
         with torch.no_grad():
             return places.cast_rays(
                 agent, angles, max_range=MAX_RANGE, entity_filter=lambda e: e is not agent
@@ -129,7 +135,7 @@ def vmas(world: WalledWorld, poses: Pose, threads: int):
     return Contender("VMAS", run, num * NUM_RAYS), lambda: run().numpy().astype(float).T
 
 
-def vmas_world(world: WalledWorld, num: int):
+def vmas_world(world: WalledWorld, num: int) -> tuple[Any, Any]:
     """VMAS's world with these walls, and its one agent."""
     import torch
     from vmas.simulator.core import Agent, Landmark, Line, World
@@ -147,7 +153,7 @@ def vmas_world(world: WalledWorld, num: int):
     return places, agent
 
 
-def pymunk(world: WalledWorld, poses: Pose, threads: int):
+def pymunk(world: WalledWorld, poses: Pose, threads: int) -> Answer:
     """pymunk: a query of its index of segments per ray."""
     del threads
     import pymunk as library
@@ -161,7 +167,7 @@ def pymunk(world: WalledWorld, poses: Pose, threads: int):
     starts, ends = list(zip(x.tolist(), y.tolist(), strict=True)), ends.tolist()
     anything = library.ShapeFilter()
 
-    def run():
+    def run() -> list[float]:
         ranges = []
         for row in ends:
             for start, end in zip(starts, row, strict=True):
