@@ -25,6 +25,10 @@ CONFIG, LOG = "config.json", "log.jsonl"
 CHECKPOINT, WEIGHTS = "checkpoint.safetensors", "weights.safetensors"
 EVALUATION = "evaluation.json"
 
+EPOCHS = "config.training.epochs"
+PATHS = ("config.data.path", "config.data.base.path")
+"""Where a log lies, which does not matter: it is known by its content."""
+
 
 @dataclass(frozen=True)
 class Description:
@@ -92,7 +96,8 @@ def finished(folder: Path) -> bool:
 def claim(folder: Path, run: Description, *, resume: bool) -> None:
     """Make the folder this run's own, or make sure that it already is.
 
-    A run may be lengthened: of all that determines it, `epochs` alone may have grown.
+    A run may be lengthened, and its log may have moved: of all that determines it, `epochs` alone
+    may have grown. Raises `UserError` for the folder of another run.
     """
     path = folder / CONFIG
     if not path.exists():
@@ -106,22 +111,28 @@ def claim(folder: Path, run: Description, *, resume: bool) -> None:
         )
     before = read_description(folder)
     changes = differences(*(json.loads(json.dumps(d.as_json())) for d in (before, run)))
-    longer = run.config.training.epochs > before.config.training.epochs
-    if list(changes) == ["config.training.epochs"] and longer:
-        write_json(path, run.as_json())
-        (folder / WEIGHTS).unlink(missing_ok=True)
-    elif changes:
-        names = ", ".join(name.rpartition(".")[2] for name in changes)
+    other = [name for name in changes if name not in PATHS]
+    longer = other == [EPOCHS] and run.config.training.epochs > before.config.training.epochs
+    if other and not longer:
+        names = ", ".join(name.rpartition(".")[2] for name in other)
         raise UserError(
             f"the folder belongs to another configuration (different: {names})",
             where=folder,
             remedy="choose another folder, or the flags it was started with",
         )
+    if changes:
+        write_json(path, run.as_json())
+    if longer:
+        (folder / WEIGHTS).unlink(missing_ok=True)
 
 
 def differences(before: Any, after: Any, name: str = "") -> dict[str, tuple[Any, Any]]:
-    """{dotted name: both values} of everything that differs in two nested dictionaries."""
-    if isinstance(before, dict) and isinstance(after, dict):
+    """{dotted name: both values} of everything that differs in two nested dictionaries.
+
+    Parts of another kind, which have other fields, differ as a whole.
+    """
+    nested = isinstance(before, dict) and isinstance(after, dict)
+    if nested and before.get("kind") == after.get("kind"):
         found: dict[str, tuple[Any, Any]] = {}
         for key in sorted(before.keys() | after.keys()):
             below = f"{name}.{key}" if name else key
