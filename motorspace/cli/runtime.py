@@ -14,9 +14,10 @@ def prepare_jax() -> None:
     # The products are small: a second thread gains a fifth on an idle machine, and loses an
     # order of magnitude when it waits for a core that another process holds.
     os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false")
+    # Everything is computed in single precision, whatever the environment asks for; in workers too.
+    os.environ["JAX_ENABLE_X64"] = "0"
     import jax
 
-    # Everything is computed in single precision, whatever the environment asks for.
     jax.config.update("jax_enable_x64", False)
     keep_compiled_programs()
     refuse_missing_device()

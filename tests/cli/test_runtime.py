@@ -9,11 +9,13 @@ import pytest
 
 from motorspace.cli.runtime import MOST_CACHED
 
-PRECISION = """
+WORKER = "import jax.numpy as jnp; print(jnp.zeros(()).dtype, flush=True)"
+PRECISION = f"""
+import subprocess, sys
 from motorspace.cli.runtime import prepare_jax
 prepare_jax()
-import jax.numpy as jnp
-print(jnp.zeros(()).dtype)
+{WORKER}
+subprocess.run([sys.executable, "-c", {WORKER!r}], check=True)
 """
 
 
@@ -42,7 +44,7 @@ def test_a_device_that_is_missing_is_named_with_those_there_are(device):
 
 @pytest.mark.parametrize("asked", ["0", "1"])
 def test_everything_is_in_single_precision_whatever_the_environment_says(asked):
-    assert python(PRECISION, JAX_ENABLE_X64=asked).stdout == "float32\n"
+    assert python(PRECISION, JAX_ENABLE_X64=asked).stdout == "float32\nfloat32\n"
 
 
 @pytest.mark.parametrize("named", [False, True])
