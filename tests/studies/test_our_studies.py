@@ -9,6 +9,9 @@ import pytest
 
 from motorspace.models.encoders.baselines import ConstantEncoder
 from motorspace.running.store import Result, read_lines
+from motorspace.running.sweep import jobs_of
+from motorspace.running.sweep_spec import read_sweep
+from motorspace.running.trainer import trainer
 from motorspace.studies import (
     ablation,
     angle_scale,
@@ -199,4 +202,13 @@ def test_a_robot_of_a_small_log_is_measured(tmp_path):
     config = changed(job.config, {"epochs": 2, "horizon": 2, "min_horizon": 1})
     config = replace(config, data=Logged(log, "carmen", horizon=2, min_horizon=1))
     metrics = execute(replace(job, config=config), tmp_path / "run", num=100)
-    assert metrics.keys() == shown_keys("robots").keys() | {"code_variance"}
+    assert metrics.keys() | {"prediction.skill"} == shown_keys("robots").keys() | {"code_variance"}
+    assert "prediction.skill" not in metrics, "the sensors of this log never change"
+
+
+def test_the_papers_table_is_a_sweep_of_a_few_lines():
+    sweep = read_sweep(Path(__file__).parents[2] / "examples" / "sweeps" / "table1.toml")
+    jobs = [j for j in table1.jobs("paper", 3) if dict(j.cell)["variant"] == "paper"]
+    assert {job.config.hash() for job in jobs_of(sweep, trainer())} == {
+        j.config.hash() for j in jobs
+    }
