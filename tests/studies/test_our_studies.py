@@ -24,12 +24,13 @@ from motorspace.studies import (
     table1,
 )
 from motorspace.studies.cells import system
+from motorspace.studies.figures import write_figures
 from motorspace.studies.reproduce import execute
 from motorspace.studies.rows import Row, known_measure, rows_of
 from motorspace.studies.study import studies
 from motorspace.training.config import RunConfig
 from motorspace.training.data import Derived, Logged
-from motorspace.training.run import initial_run
+from motorspace.training.run import initial_run, train
 from motorspace.training.settings import changed
 from tests.recordings.logs import corrected_log
 from tests.tiny import TINY
@@ -212,3 +213,13 @@ def test_the_papers_table_is_a_sweep_of_a_few_lines():
     assert {job.config.hash() for job in jobs_of(sweep, trainer())} == {
         j.config.hash() for j in jobs
     }
+
+
+@pytest.mark.slow
+def test_the_papers_figures_are_drawn_of_the_runs_that_are_finished(tmp_path):
+    job = next(j for j in table1.jobs("quick", 1) if dict(j.cell)["rotation"] == 0.8)
+    train(TINY, folder=tmp_path / "table1" / job.folder)
+    written = write_figures(tmp_path, "quick")
+    names = ["ica-forward.png", "codes-forward.png", "codes-forward-uniform.png"]
+    assert [path.name for path in written] == names
+    assert all(path.read_bytes().startswith(b"\x89PNG") for path in written)
