@@ -57,7 +57,16 @@ class Parameter:
 
 @dataclasses.dataclass(frozen=True)
 class Part:
-    """A component of a system as data: the kind of its class, and the options it is made with."""
+    """A component of a system as data: the kind of its class, and the options it is made with.
+
+    Args:
+        kind: The name under which the class is registered.
+        options: (name, value) of options; those left out have their defaults.
+
+    Example:
+        >>> Part("forward", (("max_rotation", 0.5),)).as_json()
+        {'kind': 'forward', 'max_rotation': 0.5}
+    """
 
     kind: str
     options: tuple[tuple[str, Any], ...] = ()
@@ -259,9 +268,15 @@ def _choices(hint: Any) -> tuple[Any, ...]:
 
 
 def register(kind: str) -> Callable[[Class], Class]:
-    """A decorator that makes an agent, sensor, encoder or reader of one's own known by a name.
+    """Return a decorator that makes an agent, sensor, encoder or reader known by a name.
 
-    Raises `UserError` when the class belongs to none of these families, or the name is taken.
+    Its fields become options: keys in a run's folder, flags on the command line.
+
+    Args:
+        kind: The name, for configurations and the command line.
+
+    Raises:
+        UserError: When the class belongs to none of these families, or the name is taken.
     """
 
     def added(cls: Class) -> Class:

@@ -64,8 +64,11 @@ class Pose(eqx.Module):
             +---------> x
     ```
 
-    Each field holds any batch shape. World units and radians; `head` is 0 for agents
-    without one.
+    Args:
+        x: World units. All fields share any batch shape.
+        y: World units.
+        heading: Radians, not wrapped.
+        head: Radians; 0 for agents without one.
     """
 
     x: Float[Array, "*batch"]

@@ -35,6 +35,7 @@ class Measure:
     chance: float | None = None
     """The value of codes that have nothing to do with displacement."""
     unit: str = ""
+    """What it is measured in; empty for plain numbers."""
     log_scale: bool = False
     """Whether figures show it on a logarithmic scale."""
     arbitrary_sign: bool = False

@@ -17,8 +17,11 @@ class Projection:
 def pca(codes: Float[Array | np.ndarray, "N C"], num_components: int = 3) -> Projection:
     """Returns codes [N, C] on their principal components, largest variance first.
 
-    Each component's sign makes its largest loading positive, so that two calls agree. Codes of
-    fewer units than `num_components` have as many components as units.
+    Each component's sign makes its largest loading positive, so that two calls agree.
+
+    Args:
+        codes: [N, C].
+        num_components: How many; codes of fewer units have as many as units.
     """
     x = np.asarray(codes, np.float64)
     centred = x - x.mean(axis=0)
@@ -37,6 +40,11 @@ def ica(
     """Returns independent components [N, P] of codes, of unit variance.
 
     FastICA (Hyvärinen and Oja, 2000).
+
+    Args:
+        codes: [N, C].
+        num_components: P.
+        seed: Seed of its first guess.
     """
     from sklearn.decomposition import FastICA
 

@@ -76,10 +76,13 @@ class Topology(Mapping[str, Estimate]):
     """
 
     num_points: int
+    """Codes that were measured."""
     weight: float
     """World units that a unit of (cos, sin) of the orientation change counts for."""
     seed: int
+    """Seed of the random subsets of pairs."""
     estimates: Mapping[str, Estimate]
+    """The same as a plain mapping."""
 
     def __getitem__(self, key: str) -> Estimate:
         return self.estimates[key]

@@ -36,6 +36,7 @@ class Evaluation(Mapping[str, float]):
     """
 
     metrics: Metrics
+    """The same as a plain dictionary."""
 
     def __getitem__(self, key: str) -> float:
         return self.metrics[key]

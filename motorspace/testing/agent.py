@@ -25,7 +25,7 @@ def check_agent(agent: AbstractAgent, world: WorldLike = "empty") -> None:
 
     Example:
         >>> from motorspace.worlds.agents import ForwardAgent
-        >>> check_agent(ForwardAgent())
+        >>> check_agent(ForwardAgent())  # doctest: +SKIP
     """
     part = AGENTS.part_of(agent)
     require_equal(AGENTS.build(part), agent, "an agent built from its own options differs from it")

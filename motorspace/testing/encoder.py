@@ -24,7 +24,7 @@ def check_encoder(encoder: type[AbstractMotorEncoder], size: EncoderSize = SIZE)
 
     Example:
         >>> from motorspace.models.encoders.recurrent import GRUEncoder
-        >>> check_encoder(GRUEncoder)
+        >>> check_encoder(GRUEncoder)  # doctest: +SKIP
     """
     key, motors_key = jax.random.split(jax.random.key(0))
     made = encoder.create(size, key=key)

@@ -26,7 +26,7 @@ def check_sensor(sensor: AbstractSensor[Any], world: WorldLike = "paper") -> Non
 
     Example:
         >>> from motorspace.worlds.sensors.range_fan import RangeFan
-        >>> check_sensor(RangeFan(num_rays=3), "empty")
+        >>> check_sensor(RangeFan(num_rays=3), "empty")  # doctest: +SKIP
     """
     part = SENSORS.part_of(sensor)
     require_equal(

@@ -174,6 +174,16 @@ class Logged:
 class Derived:
     """What a baseline learns from: the transitions of `base`, changed in one respect.
 
+    Args:
+        base: The simulation, or the log (of which there is only the oracle).
+        change: What is changed, see below.
+        angle: Of `scaled_rotations`: what rotations are multiplied by.
+
+    Raises:
+        UserError: For another base or change, and an angle that is not above 0.
+
+    The changes are
+
     - `oracle`: the command is the true displacement itself;
     - `shuffled`: every sequence leads to what another one led to;
     - `supervised`: the displacement is to be predicted, instead of the sensors;
@@ -213,7 +223,11 @@ class Derived:
 
 @dataclass(frozen=True)
 class Given:
-    """Data of one's own, which are passed to `train` beside the configuration."""
+    """Data of one's own, which are passed to `train` beside the configuration.
+
+    Args:
+        description: What they are, for whoever reads the configuration.
+    """
 
     description: str = "data passed to train"
 

@@ -119,7 +119,7 @@ def train(
         >>> from motorspace.training.config import RunConfig, TrainingConfig
         >>> from motorspace.training.data import Simulated
         >>> config = RunConfig(Simulated(layout="empty"), training=TrainingConfig(epochs=1))
-        >>> train(config).log[-1]["epoch"]
+        >>> train(config).log[-1]["epoch"]  # doctest: +SKIP
         1
     """
     config, data = _config_and_source(config, experience, scaling)
@@ -186,7 +186,10 @@ def initial_run(config: RunConfig) -> Run:
 
 
 def load_run(folder: str | Path) -> Run:
-    """The finished run in a folder.
+    """Return the finished run in a folder.
+
+    Args:
+        folder: A folder that `train` or `motorspace train` has filled.
 
     Raises:
         UserError: When there is no finished run, it is broken, or it names a class that is not

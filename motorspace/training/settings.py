@@ -127,8 +127,17 @@ def configured_on_log(
 def changed(config: RunConfig, settings: Settings) -> RunConfig:
     """The configuration with other values of some fields, whichever part they belong to.
 
-    Angles are in radians, as in the configuration. Raises `UserError` for names that are fields
-    or options of no part of it.
+    Args:
+        config: The configuration.
+        settings: {field of it, or option of its agent, sensor or reader: value}. Angles are in
+            radians, as in the configuration.
+
+    Raises:
+        UserError: For a name that no part of the configuration has, and values out of range.
+
+    Example:
+        >>> changed(RunConfig(), {"horizon": 3, "max_range": 5.0}).data.horizon
+        3
     """
     network = [p.name for group in _network_groups() for p in group.parameters]
     known = [*_names(config.data, settings), *network]

@@ -13,7 +13,12 @@ from motorspace._types import Key
 class Experience(eqx.Module):
     """N transitions (s_t, motor sequence, s_{t+T}): all that learning may see.
 
-    Rows of `motors` beyond `num_steps` are zero and no part of the sequence. Raw units.
+    Args:
+        sensors: What is sensed at first, [N, K], raw units.
+        motors: The commands that follow, [N, T, M], in the agent's units. Rows beyond `num_steps`
+            are zero and no part of the sequence.
+        num_steps: How many commands each sequence holds, [N], from 1 to T.
+        later_sensors: What is sensed after them, [N, K], raw units.
     """
 
     sensors: Float[Array, "*N K"]
@@ -40,7 +45,12 @@ class Displacements(NamedTuple):
 
 
 class Trajectories(eqx.Module):
-    """Experience with its displacements."""
+    """Experience with its displacements.
+
+    Args:
+        experience: N transitions.
+        displacements: What was displaced in each, for evaluation alone.
+    """
 
     experience: Experience
     displacements: Displacements

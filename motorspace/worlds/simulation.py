@@ -27,9 +27,15 @@ def step(
 
 
 def rollout(world: AbstractWorld, agent: AbstractAgent, start: Pose, motors: Motors) -> Pose:
-    """The poses along a motor sequence, `start` first: fields of shape [T + 1].
+    """Return the poses along a motor sequence, `start` first: fields of shape [T + 1].
 
     A command that a wall forbids turns the agent but does not move it.
+
+    Args:
+        world: Where it moves.
+        agent: What moves.
+        start: Its pose before the first command.
+        motors: Commands, [T, M], in the agent's units.
     """
 
     def advance(pose: Pose, motor: Motor) -> tuple[Pose, Pose]:

@@ -80,11 +80,12 @@ def _float32(values: Any) -> Array:
 class WalledWorld(AbstractWorld):
     """A rectangle with walls: the paper's continuous world.
 
-    `walls` holds every segment, the outer ones included; `solids` those that bound closed
-    obstacles, in whose inside nothing may stand; `bounds` is (x low, y low, x high, y high).
-    World units. Many walls are also kept in `tiles`, where those around a place are found.
-    Plain numbers in `bounds` are constants to `eqx.filter_jit`; `stack_worlds` makes arrays of
-    them.
+    Args:
+        walls: Every segment [S, 2, 2], the outer ones included. World units.
+        solids: Those [E, 2, 2] that bound closed obstacles, in whose inside nothing may stand.
+        bounds: (x low, y low, x high, y high). Plain numbers are constants to `eqx.filter_jit`;
+            `stack_worlds` makes arrays of them.
+        tiles: Many walls sorted by place, so that those around one are found.
     """
 
     walls: Walls = eqx.field(converter=_float32)
@@ -177,6 +178,7 @@ class LatticeWorld(AbstractWorld):
 
     @property
     def num_nodes(self) -> int:
+        """Nodes of the lattice."""
         return self.width * self.height
 
     def random_pose(self, *, key: Key) -> Pose:
