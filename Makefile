@@ -43,19 +43,19 @@ bench: .venv-bench/.installed
 tables: $(STAMP)
 	$(BIN)/python -m docs.tables
 
-# The pages of the tutorials: text, code, what it prints and draws. Takes some ten minutes.
+# The pages of the tutorials: text, code, what it prints and draws; and the pictures that show a
+# trained network. Takes some ten minutes.
 tutorials: $(STAMP)
 	$(BIN)/python -m docs.run_tutorials
+	$(BIN)/python -m docs.portraits
 
-# The site in site/index.html. Broken links and missing references fail.
+# The site in site/index.html. Broken links, missing names and pictures, and anything that a page
+# would load from the network fail.
 docs: $(STAMP)
 	$(BIN)/python -m docs.drawings
 	$(BIN)/python -m docs.reference
 	$(BIN)/zensical build --strict --clean
-
-.venv/.docs: $(STAMP)
-	$(PIP) '.[docs]'
-	touch $@
+	$(BIN)/python -m docs.check site
 
 clean:
 	rm -rf .venv .venv-bench demo build dist site

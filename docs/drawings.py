@@ -46,18 +46,19 @@ def main() -> None:
 
 
 def svg(figure: Figure) -> bytes:
-    """The figure as an SVG file, without the date."""
+    """The figure as an SVG file, without a word about when and by what it was made."""
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="svg", metadata={"Date": None}, facecolor=CARD)
+    unsaid = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+    figure.savefig(buffer, format="svg", metadata=unsaid, facecolor=CARD)
     return buffer.getvalue()
 
 
-def canvas(width: float, height: float, *, scale: float = 1.0) -> tuple[Figure, Axes]:
-    """An empty card without axes, a hundred units to the inch at scale 1.
+def canvas(width: float, height: float) -> tuple[Figure, Axes]:
+    """An empty card without axes, a hundred units to the inch.
 
     The card brings its own light background, so it reads the same on a dark page.
     """
-    figure = Figure(figsize=(width * scale / 100, height * scale / 100), facecolor=CARD)
+    figure = Figure(figsize=(width / 100, height / 100), facecolor=CARD)
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set(xlim=(0, width), ylim=(0, height), aspect="equal")
     axes.axis("off")
@@ -207,10 +208,8 @@ def data() -> Figure:
             box(axes, Point(x, y), (width, 54), "", colour)
             axes.text(x, y + 10, name, ha="center", va="center", weight="bold", fontsize=10.5)
             axes.text(x, y - 11, text, ha="center", va="center", fontsize=9)
-    for x, low, high, colour, name in (
-        (45, 20, 612, BLUE, "data"),
-        (780, 612, 20, FAINT, "imports"),
-    ):
+    ways = (45, 20, 612, BLUE, "data"), (780, 612, 20, FAINT, "imports")
+    for x, low, high, colour, name in ways:
         arrow(axes, Point(x, low), Point(x, high), colour)
         axes.text(x, 626, name, color=colour, weight="bold", ha="center", va="center")
     return figure
@@ -258,8 +257,8 @@ def _pose(axes: Axes, centre: Point) -> None:
     axes.text(60, 330, "a pose: x, y, heading, head", weight="bold")
     arrow(axes, Point(60, 60), Point(420, 60), FAINT)
     arrow(axes, Point(60, 60), Point(60, 300), FAINT)
-    axes.text(424, 56, "x", color=FAINT)
-    axes.text(54, 306, "y", color=FAINT)
+    for x, y, name in ((424, 56, "x"), (54, 306, "y")):
+        axes.text(x, y, name, color=FAINT)
     axes.plot([centre.x, centre.x + 150], [centre.y] * 2, color=FAINT, lw=1.1, ls=(0, (4, 3)))
     for angle, length, colour, name in ((25, 165, BLUE, "heading"), (65, 170, ORANGE, "gaze")):
         along = np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle))])
@@ -280,10 +279,7 @@ def _body(axes: Axes, centre: Point, heading: float, colour: str) -> None:
 
 
 def signal() -> Figure:
-    """How much the outcome of T turns, uniform in [-r, r], says about one: |sin(r) / r|^(T - 1).
-
-    That is the length of the mean unit vector after the T - 1 other turns.
-    """
+    """|sin(r) / r|^(T - 1), the length of the mean unit vector after T - 1 turns up to r."""
     figure = Figure(figsize=(6.4, 3.6), layout="constrained", facecolor=CARD)
     axes = figure.add_subplot(facecolor=CARD)
     rotation = np.linspace(0.02, 1.2, 401)
@@ -291,13 +287,8 @@ def signal() -> Figure:
         left = np.abs(np.sinc(rotation)) ** (horizon - 1)
         axes.plot(rotation, left, color=colour, lw=2, label=f"T = {horizon}")
     axes.legend(loc="lower left", frameon=False)
-    axes.set(
-        xlabel="largest rotation r, units of π",
-        ylabel="what is left of one turn's signal",
-        yscale="log",
-        ylim=(3e-5, 2),
-        xlim=(0, 1.2),
-    )
+    axes.set(xlabel="largest rotation r, units of π", ylabel="what is left of one turn's signal")
+    axes.set(yscale="log", ylim=(3e-5, 2), xlim=(0, 1.2))
     axes.spines[["top", "right"]].set_visible(False)
     axes.grid(color=INK, alpha=0.08)
     return figure

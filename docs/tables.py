@@ -35,9 +35,9 @@ def tables() -> dict[str, str]:
 def _measure(row: Measure) -> dict[str, object]:
     return {
         "key": f"`{row.key}`",
-        "measure": row.title,
-        "perfect": row.perfect,
-        "chance": row.chance,
+        "measure": row.label,
+        "perfect": "" if row.perfect is None else f"{row.perfect:g}",
+        "chance": "" if row.chance is None else f"{row.chance:g}",
         "meaning": row.meaning,
     }
 

@@ -13,7 +13,7 @@ import jax
 import numpy as np
 
 import motorspace as ms
-from motorspace.testing.sensor import check_sensor
+from motorspace.testing import check_sensor
 
 EPOCHS = 200
 NUM = 4000

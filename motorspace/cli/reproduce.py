@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from motorspace.cli.executors import add_executor_flags, executor_of
-from motorspace.cli.parsing import CommandParser
+from motorspace.cli.parsing import CommandParser, count, existing
 from motorspace.studies.reproduce import ALL
-from motorspace.studies.study import BUDGETS, studies
+from motorspace.studies.study import BUDGETS, studies, study_named
 
 FIGURES = "figures"
 """Stands for the studies that the paper's figures are drawn from, and draws them."""
@@ -33,7 +33,7 @@ def configure(parser: CommandParser, words: Sequence[str]) -> None:
         help="Share of the paper's epochs: quick 5 %%, fifth 20 %%, half 50 %%, paper all of them "
         "(default: quick).",
     )
-    add("--seeds", type=int, default=3, metavar="N", help="Seeds of every cell (default: 3).")
+    add("--seeds", type=count, default=3, metavar="N", help="Seeds of every cell (default: 3).")
     add(
         "--out",
         type=Path,
@@ -44,7 +44,7 @@ def configure(parser: CommandParser, words: Sequence[str]) -> None:
     )
     add(
         "--logs",
-        type=Path,
+        type=existing,
         default=None,
         metavar="FOLDER",
         help="Folder of the recorded robots' logs, for the study robots.",
@@ -57,10 +57,13 @@ def run(options: argparse.Namespace) -> None:
     from motorspace.cli.runtime import prepare_jax
     from motorspace.studies.reproduce import reproduce
 
-    prepare_jax()
     wanted = [name for name in options.names if name != FIGURES]
     if FIGURES in options.names:
         wanted += DRAWN
+    for name in wanted:
+        if name != ALL:
+            study_named(name)
+    prepare_jax()
     reproduce(
         wanted,
         options.out,

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from motorspace.cli.executors import add_executor_flags, executor_of
-from motorspace.cli.parsing import CommandParser, Usage
+from motorspace.cli.parsing import CommandParser, Usage, count
 from motorspace.running.sweep import Sweep
 
 VIEWS = ("status", "table", "best")
@@ -70,8 +70,8 @@ def _add_what_runs(parser: CommandParser) -> None:
         help="Flags and distributions: uniform, log-uniform or choice.",
     )
     add("--fixed", default=(), nargs="+", metavar="FLAG=A", help="Flags that all runs share.")
-    add("--samples", type=int, default=None, metavar="N", help="Random values of each.")
-    add("--seeds", type=int, default=None, metavar="N", help="Seeds of every cell (default: 3).")
+    add("--samples", type=count, default=None, metavar="N", help="Random values of each.")
+    add("--seeds", type=count, default=None, metavar="N", help="Seeds of every cell (default: 3).")
     add(
         "--measure",
         default=None,

@@ -11,6 +11,7 @@ from motorspace.cli.executors import add_executor_flags, executor_of
 from motorspace.cli.parsing import CommandParser, Usage, count, existing, note
 from motorspace.training import folder as run_folder
 from motorspace.training.config import RunConfig
+from motorspace.training.data import Logged
 from motorspace.training.presets import PRESETS
 from motorspace.training.settings import (
     configured,
@@ -160,6 +161,8 @@ def _config(options: argparse.Namespace, settings: dict[str, Any]) -> tuple[RunC
         config = configured_on_log(
             options.data, settings, reader=options.reader, preset=options.preset
         )
+        assert isinstance(config.data, Logged), "as its name says"
+        config.data.recording()  # what cannot be read is known before anything heavy is loaded
         return config, options.data.name.partition(".")[0]
     if options.reader is not None:
         raise Usage("--reader applies to logs only", remedy="give a log with --data")

@@ -124,18 +124,18 @@ def corrected(
         place, damping = now
         here = off(place)
         aside = [off(place + DIFFERENCE * axis[:, None]) for axis in jnp.eye(3)]
-        slopes = (jnp.stack(aside) - here) / DIFFERENCE
-        weighted = slopes / (1 + here**2)
+        slopes = (jnp.stack(aside) - here[None]) / DIFFERENCE
+        weighted = slopes / (1 + here[None] ** 2)
         normal = jnp.einsum("isk,jsk->kij", weighted, slopes)
         # Above zero also where nothing that is sensed depends on the pose.
         size = jnp.trace(normal, axis1=1, axis2=2) + DIFFERENCE
-        normal += (damping * size)[:, None, None] * jnp.eye(3)
+        normal += (damping * size)[:, None, None] * jnp.eye(3)[None]
         downhill = jnp.einsum("isk,sk->ki", weighted, here)[..., None]
         there = place - jnp.linalg.solve(normal, downhill)[..., 0].T
         less = jnp.log1p(off(there) ** 2).sum(axis=0) < jnp.log1p(here**2).sum(axis=0)
         better = less & world.free(at(there))
         damping = jnp.where(better, damping / 10, damping * 10).clip(1e-5, 1e3)
-        return jnp.where(better, there, place), damping
+        return jnp.where(better[None], there, place), damping
 
     start = jnp.stack([pose.x, pose.y, pose.heading]), jnp.full(pose.x.shape, 1e-3)
     return at(jax.lax.fori_loop(0, CORRECTIONS, correct, start)[0])

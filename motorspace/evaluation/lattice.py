@@ -7,7 +7,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Int
 
 from motorspace._types import Count, Flag, Pose
 from motorspace.analysis.equivalence import within_to_total_variance
@@ -81,7 +81,7 @@ def lattice_counts(run: Run) -> list[LatticeCount]:
     starts = every_pose(world)
     counts = []
     for num_steps in range(data.min_horizon or data.horizon, data.horizon + 1):
-        commands = _sequences(num_steps)
+        commands = sequences(num_steps)
         motors = jnp.zeros((len(commands), data.horizon, NUM_COMMANDS))
         motors = motors.at[:, :num_steps].set(jax.nn.one_hot(commands, NUM_COMMANDS))
         correct, valid = _count(run.model, scenario, starts, motors, num_steps)
@@ -89,7 +89,7 @@ def lattice_counts(run: Run) -> list[LatticeCount]:
     return counts
 
 
-def _sequences(num_steps: int) -> np.ndarray:
+def sequences(num_steps: int) -> Int[np.ndarray, "S T"]:
     """Every sequence of so many commands, or a random selection where there are too many."""
     if NUM_COMMANDS**num_steps <= MOST_SEQUENCES:
         return np.array(list(itertools.product(range(NUM_COMMANDS), repeat=num_steps)))

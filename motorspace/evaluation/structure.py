@@ -13,7 +13,6 @@ from motorspace.analysis import composition
 from motorspace.analysis.circle import circular_error
 from motorspace.analysis.coordinates import displacement_coordinates
 from motorspace.analysis.equivalence import equal_rows, equivalence_auc, equivalence_ratio
-from motorspace.analysis.inputs import CollapsedCodesError
 from motorspace.analysis.probes import linear_decoder
 from motorspace.analysis.topology import Topology, topology
 from motorspace.evaluation.evaluate import evaluate
@@ -115,7 +114,8 @@ def measures(subject: Subject, *, seed: int) -> Metrics:
 
 def values(report: Topology) -> Metrics:
     """The measures of a report as plain numbers by their keys."""
-    return {key: float(value) for key, value in report.items()}
+    weight = {"orientation_weight": report.weight}
+    return weight | {key: float(value) for key, value in report.items()}
 
 
 def sampled(subject: Subject, *, seed: int, subsets: int = 5) -> Sampled:
@@ -244,5 +244,5 @@ def evaluate_with_structure(run: Run, *, num: int = 100_000, seed: int = 0) -> M
         return metrics
     try:
         return metrics | values(run_topology(run, seed=seed).topology)
-    except CollapsedCodesError:
+    except UserError:  # the codes have collapsed, or a log holds no poses
         return metrics

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from motorspace.running.jobs import Job, cell
 from motorspace.studies.cells import system
-from motorspace.studies.rows import Row, chosen, with_worst
+from motorspace.studies.rows import Row, chosen
 from motorspace.studies.structure import measured_at
 from motorspace.studies.study import Budget, Study, Table
 from motorspace.studies.tables import columns
@@ -71,7 +71,7 @@ def rows(found: Sequence[Row]) -> list[Row]:
         for name in ("paper", "best")
     }
     own = chosen(found, "ablation")
-    return [with_worst(row, "linear_r2") for row in (*base["paper"], *own, *base["best"])]
+    return [*base["paper"], *own, *base["best"]]
 
 
 def figure(found: Sequence[Row]) -> "Figure":

@@ -5,7 +5,7 @@ from functools import partial
 
 from motorspace.running.jobs import Job, cell
 from motorspace.studies.cells import system
-from motorspace.studies.rows import Row, chosen, with_worst
+from motorspace.studies.rows import Row, chosen
 from motorspace.studies.structure import measured_at
 from motorspace.studies.study import Budget, Line, Study, Table
 from motorspace.studies.tables import columns
@@ -35,7 +35,7 @@ def jobs(budget: Budget, seeds: int) -> list[Job]:
 def rows(found: Sequence[Row]) -> list[Row]:
     """Each rotation, trained on six commands and on many lengths."""
     return [
-        with_worst(row, "linear_r2")
+        row
         for rotation in ROTATIONS
         for row in (
             *chosen(found, "structure", agent="forward", rotation=rotation, variant="best"),

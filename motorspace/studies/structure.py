@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from motorspace.analysis.measures import Measure, define
 from motorspace.running.jobs import Job, Value, cell
 from motorspace.studies.cells import CONTINUOUS, LATTICES, ROTATIONS, derived, lattice, system
-from motorspace.studies.rows import Numbers, Row, Settings, chosen, with_worst
+from motorspace.studies.rows import Numbers, Row, Settings, chosen
 from motorspace.studies.structure_figures import FIGURES
 from motorspace.studies.study import Budget, Line, Study, Table, Target
 from motorspace.studies.tables import columns
@@ -31,7 +31,6 @@ CLOSED = tuple(r for r in ROTATIONS if r >= BASELINE_ROTATION)
 define(
     Measure("collapsed", "collapsed", goal="low", perfect=0.0),
     Measure("structure.to_paper", "error / that of the paper's network", goal="low", chance=1.0),
-    Measure("orientation_weight", "weight of orientation", unit="world units"),
     # Results of 2026 hold these of the lattice, whose random sequences are often equivalent.
     Measure("random.equivalence_ratio", "equivalence ratio of random sequences", goal="low"),
     Measure("random.equivalence_auc", "AUC of random equivalent pairs", goal="high"),
@@ -155,7 +154,7 @@ def rows(found: Sequence[Row]) -> list[Row]:
         for row in chosen(found, agent=agent, rotation=rotation, variant=variant)
     ]
     placed += [row for row in found if row.cell["agent"] == "lattice"]
-    return [with_worst(_to_paper(row, found), "linear_r2", "nonlinear_r2") for row in placed]
+    return [_to_paper(row, found) for row in placed]
 
 
 def _to_paper(row: Row, found: Sequence[Row]) -> Row:

@@ -12,7 +12,7 @@ from motorspace.studies.cells import (
     system,
     untrained,
 )
-from motorspace.studies.rows import COMPONENTS, Row, Spread, chosen, with_worst
+from motorspace.studies.rows import COMPONENTS, Row, Spread, chosen
 from motorspace.studies.study import Budget, Study, Table, Target
 from motorspace.studies.tables import columns
 
@@ -53,7 +53,7 @@ def jobs(budget: Budget, seeds: int) -> list[Job]:
 def rows(found: Sequence[Row]) -> list[Row]:
     """A row for each system with the paper's network, beside its baselines and its floor."""
     return [
-        with_worst(_beside(row, found), "probe_r2")
+        _beside(row, found)
         for agent in CONTINUOUS
         for row in chosen(found, "table1", agent=agent, variant="paper")
     ]

@@ -2,7 +2,7 @@
 
 import hashlib
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
@@ -162,11 +162,8 @@ class Logged:
 
     def recording(self) -> "Recording":
         """The log, read. Raises `UserError` if it is gone, has changed or cannot be read."""
-        from motorspace.recordings.catalog import READERS
-
         self.check_content()
-        read: Recording = READERS.build(self.reader).read(Path(self.path))
-        return read
+        return _recording(self)
 
     def as_json(self) -> dict[str, Any]:
         """The same as JSON-able data."""
@@ -260,6 +257,14 @@ def _scenario(data: Simulated) -> "Scenario":
     from motorspace.worlds.scenario import Scenario
 
     return Scenario.of(data.agent, data.sensor, data.layout)
+
+
+@lru_cache(maxsize=1)
+def _recording(data: Logged) -> "Recording":
+    from motorspace.recordings.catalog import READERS
+
+    read: Recording = READERS.build(data.reader).read(Path(data.path))
+    return read
 
 
 def _set(target: Any, **fields: Any) -> None:

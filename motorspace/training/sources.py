@@ -23,6 +23,9 @@ from motorspace.trajectories.transitions import Experience, ExperienceSource, Tr
 
 SPLIT_SEED = 0
 
+ROUNDING = 1e-5
+"""Spread of a command that does not vary, relative to its magnitude."""
+
 Draw = Callable[[Key, Count], Trajectories]
 
 
@@ -202,7 +205,11 @@ def _padded(part: Trajectories, horizon: int) -> Trajectories:
 def motor_spread(experience: Experience) -> tuple[float, ...]:
     """The standard deviation of each channel over the commands that were executed."""
     executed = np.arange(experience.motors.shape[1]) < np.asarray(experience.num_steps)[:, None]
-    return _above_zero(np.asarray(experience.motors)[executed].std(axis=0))
+    motors = np.asarray(experience.motors)[executed]
+    spread = motors.std(axis=0)
+    # The same command every time seems to vary by its rounding.
+    rounding = ROUNDING * np.abs(motors).max(axis=0)
+    return _above_zero(np.where(spread > rounding, spread, 0.0))
 
 
 def _above_zero(values: Any) -> tuple[float, ...]:

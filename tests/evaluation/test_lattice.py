@@ -1,13 +1,17 @@
 """The count of every lattice case, against a count by hand and a model that is always right."""
 
 import itertools
+from dataclasses import replace
+from functools import partial
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 import pytest
 
 from motorspace._types import Pose
+from motorspace.evaluation import lattice
 from motorspace.evaluation.evaluate import evaluate
 from motorspace.evaluation.lattice import lattice_counts
 from motorspace.evaluation.prediction import CHUNK_SIZE
@@ -17,7 +21,7 @@ from motorspace.models.model import Model, Scaling, build_model
 from motorspace.models.predictors import SensorPredictor
 from motorspace.training.config import RunConfig, TrainingConfig
 from motorspace.training.data import Simulated
-from motorspace.training.run import Run
+from motorspace.training.run import Run, initial_run
 from motorspace.worlds.agents import LatticeAgent
 from motorspace.worlds.sensors.node_index import NodeIndex
 from motorspace.worlds.simulation import rollout
@@ -46,7 +50,7 @@ class Walker(SensorPredictor):
 
     def __init__(self, wrong_turn):
         self.mlp = eqx.nn.MLP(1, 1, 1, 1, key=jax.random.key(0))
-        self.wrong_turn = jnp.array(wrong_turn)
+        self.wrong_turn = jnp.array(float(wrong_turn))
 
     def __call__(self, sensors, code):
         node, quarter = sensors[:-4].argmax(), sensors[-4:].argmax()
@@ -85,7 +89,37 @@ def test_every_valid_case_is_counted_once(wrong_turn):
         assert count.correct == (0 if wrong_turn else count.valid)
 
 
-def test_an_untrained_network_is_measured_and_found_wanting(getkey):
+def test_lengths_with_too_many_sequences_are_sampled(monkeypatch):
+    monkeypatch.setattr(lattice, "MOST_SEQUENCES", 100)
+    one, two, three = (lattice.sequences(num_steps) for num_steps in (1, 2, 3))
+    assert one.shape == (6, 1) and two.shape == (36, 2)
+    assert three.shape == (100, 3) and len(np.unique(three, axis=0)) > 50
+    counts = lattice_counts(Run(CONFIG, Model(Laid(), Walker(False), None, SCALING)))
+    assert [count.correct for count in counts] == [count.valid for count in counts]
+    assert counts[1].valid == valid_by_hand(2)
+    assert 0 < counts[2].valid < valid_by_hand(3)
+
+
+def test_a_horizon_of_ten_is_measured_in_bounded_memory():
+    sequences = lattice.sequences(10)
+    assert sequences.shape == (lattice.MOST_SEQUENCES, 10)
+    assert sequences.nbytes < 2**23
+    np.testing.assert_array_equal(sequences, lattice.sequences(10))
+
+
+@pytest.mark.slow
+def test_a_lattice_of_long_sequences_is_evaluated():
+    data = Simulated("lattice", horizon=10)
+    run = initial_run(replace(CONFIG, data=data))
+    measured = evaluate(run, num=CHUNK_SIZE)
+    assert 0 < measured["lattice.valid.10"] < 144 * lattice.MOST_SEQUENCES
+    assert 0 <= measured["lattice.accuracy"] < 0.2
+
+
+def test_an_untrained_network_is_measured_and_found_wanting(getkey, monkeypatch):
+    # As many as a chunk has everywhere: each other number is compiled anew.
+    few = partial(lattice.measure_lattice, num_codes=CHUNK_SIZE)
+    monkeypatch.setattr("motorspace.evaluation.evaluate.measure_lattice", few)
     model = build_model(CONFIG.model, SCALING, horizon=HORIZON, key=getkey())
     measured = evaluate(Run(CONFIG, model), num=CHUNK_SIZE)
     assert measured["lattice.accuracy"] < 0.2

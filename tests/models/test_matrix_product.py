@@ -67,4 +67,4 @@ def test_the_whole_model_keeps_the_initial_weights_of_the_encoder():
     motors = jax.random.uniform(jax.random.key(1), (100, 2), minval=-2.5, maxval=2.5)
     commands, last = jax.vmap(made.matrices)(motors)
     np.testing.assert_allclose(last, jnp.broadcast_to(jnp.eye(3), last.shape), atol=1e-6)
-    assert 0.3 < float(jnp.abs(commands - jnp.eye(3)).max()) < 5
+    assert 0.3 < float(jnp.abs(commands - jnp.eye(3)[None]).max()) < 5

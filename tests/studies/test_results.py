@@ -1,12 +1,13 @@
 """The results in the repository: none is stale, and the documentation shows what they say."""
 
 import json
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from docs import tables
 from motorspace._errors import UserError
 from motorspace.running.store import read_configs, read_lines
 from motorspace.studies.rehash import rehash
@@ -17,10 +18,10 @@ ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "results"
 
 
-def test_the_documentation_shows_what_the_results_say(capsys):
-    with pytest.raises(SystemExit) as ended:
-        tables.main(check=True)
-    assert ended.value.code == 0, capsys.readouterr().err
+def test_the_documentation_shows_what_the_results_say():
+    command = [sys.executable, "-m", "docs.tables", "--check"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 def test_every_line_has_its_configuration():
@@ -64,7 +65,7 @@ def test_the_numbers_that_were_carried_over():
 
     errors = values("table1", "forward, r = 0.2 π, paper", "prediction.error")
     assert errors == (3.65397, 3.64999, 3.63307)
-    assert values("lattice", "with-inverse", "lattice.wrong") == (0, 219, 534, 2, 0)
+    assert values("lattice", "with-inverse", "lattice.wrong") == (0, 2, 534, 0, 219)
     assert values("floor", "forward, r = 0.2 π", "floor.error") == (0.550099,)
     assert min(values("structure", "holonomic, r = 0.8 π, best", "linear_r2.worst")) > 0.998
 

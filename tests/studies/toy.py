@@ -1,34 +1,27 @@
-"""A study outside of motorspace, in one file: does the size of the code matter?"""
+"""A study outside of motorspace, in one file: does training lower the error?"""
 
 from motorspace.evaluation.evaluate import evaluate
 from motorspace.running.jobs import Job, cell
 from motorspace.studies.study import Study, Table, Target, register_study
 from motorspace.studies.tables import columns
-from motorspace.training.config import RunConfig, TrainingConfig
-from motorspace.training.data import Simulated
 from motorspace.training.settings import changed
-
-BASE = RunConfig(
-    Simulated(layout="empty", horizon=2),
-    training=TrainingConfig(epochs=2, trajectories_per_epoch=64, batch_size=32),
-)
-SIZES = {"hidden_size": 8, "width_size": 8, "depth": 1}
+from tests.tiny import TINY
 
 
 def jobs(budget, seeds):
     return [
-        Job("toy", cell(units=units), changed(BASE, SIZES | {"code_size": units, "seed": seed}))
+        Job("toy", cell(trained=trained), changed(TINY, {"seed": seed}), trains=trained == "yes")
         for seed in range(seeds)
-        for units in (4, 6)
+        for trained in ("no", "yes")
     ]
 
 
 STUDY = Study(
     name="toy",
-    question="Does the size of the code matter?",
+    question="Does training lower the error?",
     jobs=jobs,
     measures={"": lambda run, num: evaluate(run, num=num)},
-    tables={"toy": Table(columns("units", "prediction.error", "seeds"))},
+    tables={"toy": Table(columns("trained", "prediction.error", "seeds"))},
     targets=(Target("a low error", "prediction.error", at_most=1e-6),),
 )
 register_study(STUDY)

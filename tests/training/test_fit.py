@@ -114,7 +114,7 @@ def test_slowness_prefers_slow_features_and_more_than_one():
     """Of two random walks, the codes of where they stand beat those of their last steps."""
     steps = jax.random.normal(jax.random.key(2), (4000, 6, 2))
     places = jnp.cumsum(steps, axis=1)
-    both, one = (lambda p: 0.1 * p), (lambda p: p * jnp.array([1.0, 0.01]))
+    both, one = (lambda p: 0.1 * p), (lambda p: p * jnp.array([[1.0, 0.01]]))
     slow = {
         "both places": slowness_loss(both(places[:, 5]), both(places[:, 4])),
         "one place": slowness_loss(one(places[:, 5]), one(places[:, 4])),

@@ -1,7 +1,9 @@
 """A run's folder: resumable to the same bytes, one process at a time, never half-written."""
 
+import errno
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -9,12 +11,16 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+import jax
 import numpy as np
 import pytest
 
 from motorspace._errors import UserError
 from motorspace._files import PART, locked
+from motorspace.evaluation.evaluate import evaluate
+from motorspace.evaluation.prediction import CHUNK_SIZE
 from motorspace.training.config import RunConfig
+from motorspace.training.folder import load_config
 from motorspace.training.run import Run, load_run, train, train_together
 from tests.tiny import TINY
 
@@ -152,6 +158,126 @@ def test_a_loss_that_is_not_finite_stops_all_seeds_and_keeps_what_was_good(tmp_p
         train_together(broken, folders)
     assert (folders[1] / "checkpoint.safetensors").exists()
     assert not (folders[0] / "weights.safetensors").exists()
+
+
+def test_a_finished_run_is_lengthened_and_keeps_what_it_has_learned(tmp_path):
+    short = replace(TINY, training=replace(TINY.training, epochs=2))
+    first = trained(tmp_path, short)
+    longer = trained(tmp_path, resume=True)
+    assert longer.log[:2] == first.log
+    assert [record["epoch"] for record in longer.log] == list(range(1, 121))
+    again = load_run(tmp_path)
+    assert again.config == TINY and again.log == longer.log
+    with pytest.raises(UserError, match=r"another configuration \(different: epochs\)"):
+        trained(tmp_path, short, resume=True)
+
+
+def test_a_longer_run_of_another_configuration_is_refused(tmp_path):
+    trained(tmp_path)
+    training = replace(TINY.training, epochs=121, learning_rate=1e-3)
+    with pytest.raises(UserError, match=r"\(different: epochs, learning_rate\)"):
+        trained(tmp_path, replace(TINY, training=training), resume=True)
+
+
+def test_resuming_where_nothing_is_begins_a_run(tmp_path):
+    assert len(trained(tmp_path / "new", resume=True).log) == 120
+
+
+def test_strings_and_paths_are_folders_alike(tmp_path):
+    run = train(TINY, folder=str(tmp_path / "run"))
+    assert load_run(str(tmp_path / "run")).log == run.log
+    assert load_config(str(tmp_path / "run")) == TINY
+
+
+OWN = "bounds 0 0 10 10\nwall 4 0 4 3\n"
+
+
+@pytest.fixture(scope="module")
+def own_layout(tmp_path_factory):
+    """A run in a layout of one's own, and the layout's file."""
+    place = tmp_path_factory.mktemp("own")
+    layout = place / "mine.layout"
+    layout.write_text(OWN)
+    config = replace(TINY, data=replace(TINY.data, layout=str(layout)))
+    return layout, place / "run", trained(place / "run", config)
+
+
+def test_a_run_keeps_the_content_of_its_layout(own_layout, tmp_path, monkeypatch):
+    layout, folder, run = own_layout
+    before = dict(evaluate(run, num=CHUNK_SIZE))
+    shutil.copytree(folder, tmp_path / "moved")
+    layout.write_text("bounds 0 0 3 3\n")
+    monkeypatch.chdir(tmp_path)
+    assert dict(evaluate(load_run("moved"), num=CHUNK_SIZE)) == before
+    layout.unlink()
+    assert dict(evaluate(load_run(folder), num=CHUNK_SIZE)) == before
+    config = replace(TINY, data=replace(TINY.data, layout=OWN))
+    assert trained(folder, config, resume=True).log == run.log
+
+
+def test_a_run_is_not_resumed_in_a_layout_that_has_changed(own_layout):
+    layout, folder, run = own_layout
+    layout.write_text("bounds 0 0 10 10\nwall 4 0 4 4\n")
+    config = replace(TINY, data=replace(TINY.data, layout=str(layout)))
+    with pytest.raises(UserError, match=r"another configuration \(different: layout\)"):
+        trained(folder, config, resume=True)
+    assert load_run(folder).config == run.config
+
+
+def failing_after(calls, code):
+    """`os.fsync`, which fails once it has been called so often."""
+    left = iter(range(calls))
+
+    def fsync(handle):
+        if next(left, None) is None:
+            raise OSError(code, os.strerror(code))
+
+    return fsync
+
+
+@pytest.mark.parametrize("calls", [0, 1, 2, 3])
+def test_a_full_disk_is_one_sentence_and_room_lets_the_run_go_on(tmp_path, monkeypatch, calls):
+    with monkeypatch.context() as patch:
+        patch.setattr("motorspace._files.os.fsync", failing_after(calls, errno.ENOSPC))
+        with pytest.raises(UserError, match=r"cannot be written \(No space left on device\)"):
+            trained(tmp_path)
+    with pytest.raises(UserError, match=r"there is no run here|this run is not finished"):
+        load_run(tmp_path)
+    assert not list(tmp_path.glob(f".*{PART}"))
+    whole = trained(tmp_path, resume=True)
+    assert [record["epoch"] for record in whole.log] == list(range(1, 121))
+
+
+def test_a_folder_that_cannot_be_written_is_one_sentence(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(UserError, match=r"the folder cannot be written.*; choose another folder"):
+        trained(tmp_path / "file")
+
+
+def test_double_precision_is_refused_before_anything_is_written(tmp_path):
+    trained(tmp_path / "run")
+    with jax.enable_x64(True):
+        for act in (lambda: trained(tmp_path / "new"), lambda: load_run(tmp_path / "run")):
+            with pytest.raises(UserError, match=r"double precision .*; switch it off"):
+                act()
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_run_whose_class_is_not_there_says_so_and_imports_nothing(tmp_path):
+    trained(tmp_path)
+    path = tmp_path / "config.json"
+    described = json.loads(path.read_text())
+    for part, kind in (("agent", "crab"), ("sensor", "nose")):
+        broken = json.loads(json.dumps(described))
+        broken["config"]["data"][part]["kind"] = kind
+        path.write_text(json.dumps(broken))
+        with pytest.raises(UserError, match=rf"config\.json: there is no {part} named '{kind}'"):
+            load_run(tmp_path)
+    described["config"]["model"]["encoder"] = "antigravity"
+    path.write_text(json.dumps(described))
+    with pytest.raises(UserError, match=r"no encoder named 'antigravity'.*import the module that"):
+        load_run(tmp_path)
+    assert "antigravity" not in sys.modules
 
 
 @pytest.mark.parametrize("keep", [0, 10, 500])

@@ -9,6 +9,7 @@ from motorspace.models.encoders.base import AbstractMotorEncoder, code_mlp
 
 NUM_HEADS = 4
 AGE_SCALE = 8
+BIASED = ("query", "key", "value", "output")
 """What the position of a command is divided by."""
 
 
@@ -27,7 +28,8 @@ class AttentionEncoder(AbstractMotorEncoder):
         token_key, attention_key, code_key = jax.random.split(key, 3)
         size = hidden_size - hidden_size % NUM_HEADS
         self.to_token = eqx.nn.MLP(motor_size + 1, size, size, 1, key=token_key)
-        self.attention = eqx.nn.MultiheadAttention(NUM_HEADS, size, key=attention_key)
+        biases = dict.fromkeys([f"use_{part}_bias" for part in BIASED], True)
+        self.attention = eqx.nn.MultiheadAttention(NUM_HEADS, size, **biases, key=attention_key)
         self.to_code = code_mlp(2 * size, hidden_size, code_size, key=code_key)
 
     def __call__(self, motors: Motors, num_steps: Count) -> Code:
