@@ -39,7 +39,7 @@ bench: .venv-bench/.installed
 	.venv-bench/bin/python -m pip install --quiet --constraint constraints.txt --editable '.[bench]'
 	touch $@
 
-# The tables of the documentation and every summary.json, from the other files in results/.
+# The tables and figures of results in the documentation, from the files in results/.
 tables: $(STAMP)
 	$(BIN)/python -m docs.tables
 

@@ -120,14 +120,18 @@ def _page(jobs: Sequence[Job], out: Path, measured: Mapping[str, Metrics]) -> st
     walks = [_walk(scenario, key=key) for key in jax.random.split(jax.random.key(3), NUM_WALKS)]
     runs = out / jobs[0].study
     networks = {name: _network(runs / name, measured[name]) for name in ("paper", "best")}
-    return demo_page(scenario, walks, networks, measured["oracle"], runs=shlex.quote(str(runs)))
+    best = shlex.quote(str(runs / "best"))
+    return demo_page(scenario, walks, networks, measured["oracle"], best=best)
 
 
 def _walk(scenario: "Scenario", *, key: "Key") -> "Pose":
+    import jax.numpy as jnp
+
     from motorspace._types import Pose
     from motorspace.recordings.record import record
 
-    return Pose(*record(scenario, num_steps=WALK_STEPS, key=key).poses.T)
+    walked = record(scenario, num_steps=WALK_STEPS, key=key)
+    return Pose(*jnp.asarray(walked.poses.T, jnp.float32))
 
 
 def _network(folder: Path, metrics: Metrics) -> "Network":

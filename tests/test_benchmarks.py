@@ -2,6 +2,7 @@
 
 import json
 import time
+from pathlib import Path
 
 import jax.numpy as jnp
 import numpy as np
@@ -10,11 +11,14 @@ import pytest
 from benchmarks import scaling
 from benchmarks.claims import claims
 from benchmarks.harness import Contender, Launch, report_once, take_turns
+from benchmarks.suites import FOLDER, goals, setups, startup, suites
 from benchmarks.suites.sensing import FAN, LAYOUT, MAX_RANGE, exact_ranges
 from motorspace._types import Pose
 from motorspace.training.settings import changed
 from motorspace.worlds.layouts import layout
 from motorspace.worlds.sensors.range_fan import RangeFan
+
+ROOT = Path(__file__).parents[1]
 
 
 def test_contenders_take_turns_and_rates_are_runs_per_second():
@@ -114,3 +118,27 @@ def test_shares_and_minutes_are_claimed_to_be_at_most_something(work, ours, meas
     made = claims([row])
     assert [claim.measured.mean for claim in made] == pytest.approx(measured)
     assert [claim.met for claim in made] == holds
+
+
+def test_every_suite_is_a_module_with_its_launches_beside_it():
+    modules = {path.stem for path in FOLDER.glob("*.py")} - {"__init__"}
+    assert set(suites()) == modules
+    for suite in modules:
+        assert "def main() -> None:" in (FOLDER / f"{suite}.py").read_text()
+        assert {setup.threads for setup in setups(suite)} <= {1, 2}
+
+
+def test_every_target_is_for_a_piece_of_work_that_is_measured():
+    rows = json.loads((ROOT / "results" / "benchmarks.json").read_text())["rows"]
+    measured = {row["work"] for row in rows} | {name for name, *_ in startup.STARTS.values()}
+    for goal in goals():
+        assert goal.work in measured and (goal.at_least is None) != (goal.at_most is None)
+
+
+@pytest.mark.parametrize("name", startup.STARTS)
+def test_motorspace_answers_as_the_suite_expects(name, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    _, arguments, code = startup.STARTS[name]
+    startup.start(name, arguments, code=code).run()
+    with pytest.raises(AssertionError):
+        startup.start(name, arguments, code=code + 1).run()

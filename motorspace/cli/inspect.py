@@ -3,6 +3,7 @@
 import argparse
 import itertools
 from collections.abc import Sequence
+from pathlib import Path
 
 from motorspace.cli.parsing import CommandParser, existing
 from motorspace.cli.show import show
@@ -15,12 +16,14 @@ def configure(parser: CommandParser, words: Sequence[str]) -> None:
     add("--reader", default=None, metavar="READER", help="The reader of the log.")
     add("--json", action="store_true", default=False, help="Print the description as JSON.")
     after = {flag: value for flag, value in itertools.pairwise(words) if flag.startswith("--")}
-    values = [after.get("--import"), after.get("--reader")]
-    log = next((w for w in words if not w.startswith("-") and w not in values), None)
-    if log is None:
+    known = (after.get("--import"), after.get("--reader"))
+    found = [word for word in words if not word.startswith("-") and word not in known]
+    if not found:
         return
     from motorspace.recordings.catalog import READERS, reader_for
 
+    # The value of a flag that is not known yet may stand where the log may.
+    log = next((word for word in found if Path(word).is_file()), found[0])
     kind = after.get("--reader") or reader_for(existing(log))
     parser.add_parameters(f"reader {kind}", READERS.parameters(kind))
 

@@ -32,7 +32,12 @@ def mean_error(experience: Experience, mean: Float[Array, " K"]) -> float:
 
 
 def with_skill(errors: Metrics) -> Metrics:
-    """The same with the skill, 1 - error / persistence: 1 is perfect, 0 predicts no change."""
+    """The same with the skill, 1 - error / persistence: 1 is perfect, 0 predicts no change.
+
+    Without it where the sensors never change.
+    """
+    if errors["prediction.persistence"] == 0:
+        return errors
     ratio = errors["prediction.error"] / errors["prediction.persistence"]
     return errors | {"prediction.skill": 1.0 - ratio}
 

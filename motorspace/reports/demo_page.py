@@ -25,7 +25,7 @@ STRUCTURE = (
 )
 """The measures of the small table."""
 
-NEXT = """Measure these codes in every way: `motorspace topology {runs}/best`
+NEXT = """Measure these codes in every way: `motorspace topology {best}`
 
 Train for longer: `motorspace train forward --max-rotation 0.4 --preset best --epochs 1000`
 
@@ -61,7 +61,7 @@ def demo_page(
     networks: Mapping[str, Network],
     oracle: Mapping[str, float],
     *,
-    runs: str,
+    best: str,
 ) -> str:
     """Returns the page as HTML.
 
@@ -70,7 +70,7 @@ def demo_page(
         walks: Example trajectories: one batch of poses each, in order of time.
         networks: `"paper"` and `"best"`.
         oracle: What the predictor was measured at that is given the true displacement.
-        runs: The folder of the runs, as a person types it.
+        best: The folder of the network `best`, as a person types it.
     """
     epochs = len(networks["paper"].curve)
     return report_page(
@@ -81,7 +81,7 @@ def demo_page(
             _errors(networks, oracle),
             _codes(networks),
             _structure(networks),
-            Section("Where to go next", NEXT.format(runs=runs)),
+            Section("Where to go next", NEXT.format(best=best)),
         ],
         lead="It turns, moves ahead, and measures distances to walls. A network learns to predict"
         " these distances from its motor commands. Nothing tells it where it is, and yet the codes"

@@ -9,6 +9,9 @@ import pytest
 
 from motorspace.models.encoders.baselines import ConstantEncoder
 from motorspace.running.store import Result, read_lines
+from motorspace.running.sweep import jobs_of
+from motorspace.running.sweep_spec import read_sweep
+from motorspace.running.trainer import trainer
 from motorspace.studies import (
     ablation,
     angle_scale,
@@ -21,12 +24,13 @@ from motorspace.studies import (
     table1,
 )
 from motorspace.studies.cells import system
+from motorspace.studies.figures import write_figures
 from motorspace.studies.reproduce import execute
 from motorspace.studies.rows import Row, known_measure, rows_of
 from motorspace.studies.study import studies
 from motorspace.training.config import RunConfig
 from motorspace.training.data import Derived, Logged
-from motorspace.training.run import initial_run
+from motorspace.training.run import initial_run, train
 from motorspace.training.settings import changed
 from tests.recordings.logs import corrected_log
 from tests.tiny import TINY
@@ -199,4 +203,23 @@ def test_a_robot_of_a_small_log_is_measured(tmp_path):
     config = changed(job.config, {"epochs": 2, "horizon": 2, "min_horizon": 1})
     config = replace(config, data=Logged(log, "carmen", horizon=2, min_horizon=1))
     metrics = execute(replace(job, config=config), tmp_path / "run", num=100)
-    assert metrics.keys() == shown_keys("robots").keys() | {"code_variance"}
+    assert metrics.keys() | {"prediction.skill"} == shown_keys("robots").keys() | {"code_variance"}
+    assert "prediction.skill" not in metrics, "the sensors of this log never change"
+
+
+def test_the_papers_table_is_a_sweep_of_a_few_lines():
+    sweep = read_sweep(Path(__file__).parents[2] / "examples" / "sweeps" / "table1.toml")
+    jobs = [j for j in table1.jobs("paper", 3) if dict(j.cell)["variant"] == "paper"]
+    assert {job.config.hash() for job in jobs_of(sweep, trainer())} == {
+        j.config.hash() for j in jobs
+    }
+
+
+@pytest.mark.slow
+def test_the_papers_figures_are_drawn_of_the_runs_that_are_finished(tmp_path):
+    job = next(j for j in table1.jobs("quick", 1) if dict(j.cell)["rotation"] == 0.8)
+    train(TINY, folder=tmp_path / "table1" / job.folder)
+    written = write_figures(tmp_path, "quick")
+    names = ["ica-forward.png", "codes-forward.png", "codes-forward-uniform.png"]
+    assert [path.name for path in written] == names
+    assert all(path.read_bytes().startswith(b"\x89PNG") for path in written)
