@@ -1,6 +1,7 @@
 """Files that are whole or not there, and folders that one process holds at a time."""
 
 import fcntl
+import hashlib
 import json
 import math
 import os
@@ -81,3 +82,13 @@ def _finite(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_finite(inner) for inner in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def file_hash(path: Path) -> str:
+    """SHA-256 of a log's content. Raises `UserError` if it cannot be read."""
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        raise UserError(
+            f"the log cannot be read ({error.strerror})", where=path, remedy="check the path"
+        ) from None

@@ -1,15 +1,16 @@
 """What a run learns from, as data: a simulated agent, a robot's log, or data of one's own."""
 
-import hashlib
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from motorspace._errors import UserError
+from motorspace._files import file_hash
 from motorspace._kinds import Part, Registry
 from motorspace.worlds.catalog import AGENTS, SENSORS, home_of
 from motorspace.worlds.checks import flag, one_of, positive, whole
+from motorspace.worlds.layouts import layout_content
 
 if TYPE_CHECKING:
     from motorspace.recordings.recording import Recording
@@ -65,7 +66,7 @@ class Simulated:
             self,
             agent=described,
             sensor=_part(SENSORS, home.sensor if sensor is None else sensor),
-            layout=_layout(home.layout if layout is None else layout),
+            layout=layout_content(home.layout if layout is None else layout),
             horizon=horizon,
             min_horizon=min_horizon,
             collision=collision,
@@ -256,16 +257,6 @@ def simulated(data: Data) -> Simulated:
     )
 
 
-def file_hash(path: Path) -> str:
-    """SHA-256 of a file's content. Raises `UserError` if it cannot be read."""
-    try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError as error:
-        raise UserError(
-            f"the log cannot be read ({error.strerror})", where=path, remedy="check the path"
-        ) from None
-
-
 @cache
 def _scenario(data: Simulated) -> "Scenario":
     from motorspace.worlds.scenario import Scenario
@@ -287,22 +278,10 @@ def _set(target: Any, **fields: Any) -> None:
 
 
 def _part(registry: Registry[Any], value: Any) -> Part:
-    if isinstance(value, str):
-        return registry.part(value)
-    if isinstance(value, Part):
-        return registry.part(value.kind, dict(value.options))
+    part = Part(value) if isinstance(value, str) else value
+    if isinstance(part, Part):
+        return registry.part(part.kind, dict(part.options))
     return registry.part_of(value)
-
-
-def _layout(layout: str | Path) -> str:
-    """The name of a world, or the content of a layout file."""
-    from motorspace.worlds.layouts import layout_names, load_layout, parse_layout, parse_world_name
-
-    if "\n" in str(layout):
-        return parse_layout(str(layout)).text()
-    named = parse_world_name(layout)
-    own_file = named.kind == "layout" and named.argument not in layout_names()
-    return load_layout(layout).text() if own_file else str(layout)
 
 
 def _check_horizon(horizon: int, min_horizon: int | None) -> None:

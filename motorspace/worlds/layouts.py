@@ -172,6 +172,19 @@ def load_layout(name: str | Path) -> Layout:
     return parse_layout(_text_in(path), where=str(named.argument))
 
 
+def layout_content(name: str | Path) -> str:
+    """Return the name of a world, or the content of a layout file, checked.
+
+    Raises:
+        UserError: For an unknown name or a broken file.
+    """
+    if "\n" in str(name):
+        return parse_layout(str(name)).text()
+    named = parse_world_name(name)
+    own_file = named.kind == "layout" and named.argument not in layout_names()
+    return load_layout(name).text() if own_file else str(name)
+
+
 def parse_world_name(name: str | Path) -> NamedWorld:
     """Return what the name of a world stands for. No file is read.
 
