@@ -23,7 +23,7 @@ STRUCTURE = (
     "equivalence_ratio",
     "intrinsic_dimension",
 )
-"""The measures of the small table."""
+"""The measures of the small table, where they could be taken: the last needs an extra."""
 
 NEXT = """Measure these codes in every way: `motorspace topology {best}`
 
@@ -172,6 +172,7 @@ def _structure(networks: Mapping[str, Network]) -> Section:
         | {name: network.metrics[key] for name, network in networks.items()}
         | {"perfect": measure(key).perfect, "what it is": measure(key).meaning}
         for key in STRUCTURE
+        if all(key in network.metrics for network in networks.values())
     ]
     return Section(
         "How the codes are structured",
