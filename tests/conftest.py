@@ -1,6 +1,9 @@
 """What all tests share."""
 
+import ctypes
+import gc
 import os
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -38,3 +41,6 @@ def forget_compiled_programs() -> Iterator[None]:
     """Programs of one module are of no use to the next, and fill gigabytes."""
     yield
     jax.clear_caches()
+    gc.collect()
+    if sys.platform == "linux":  # glibc keeps what is freed unless it is asked to return it
+        getattr(ctypes.CDLL(None), "malloc_trim", int)(0)
