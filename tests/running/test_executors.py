@@ -72,11 +72,14 @@ def test_a_killed_worker_is_begun_again_from_its_checkpoint(tmp_path):
     (job,) = jobs(0.2, epochs=50, seconds=0.1)
     place = tmp_path / "toy" / job.folder
     script = (
+        "import signal\n"
         "from pathlib import Path\n"
         "from motorspace.running.executors import run_jobs\n"
         "from motorspace.running.processes import Processes\n"
         "from tests.running.toy import execute, jobs\n"
         "if __name__ == '__main__':\n"
+        # A shell lets its commands in the background ignore Ctrl-C.
+        "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         f"    run_jobs(jobs(0.2, epochs=50, seconds=0.1), Path({str(tmp_path)!r}), execute,\n"
         "             executor=Processes(1))\n"
     )
