@@ -1,0 +1,105 @@
+"""Acting on plans: carry out a part, see what is left of the goal, plan again."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from motorspace._types import Code, Key, Motors, Pose
+from motorspace.control.composing import Done, executed, remaining
+from motorspace.control.controller import Controller
+from motorspace.control.planning import USUAL, Effort, Method, code_target, reach
+from motorspace.worlds.scenario import Scenario
+from motorspace.worlds.simulation import select
+
+
+class Way(NamedTuple):
+    """What an agent did on its way to a goal, in `rounds` plans of T commands."""
+
+    motors: Float[Array, "L M"]
+    poses: Pose
+    """Before every command and after the last: fields [L + 1]."""
+    blocked: Bool[Array, " L"]
+    carried_out: Bool[Array, " L"]
+    """Commands after a bump are not carried out: the agent plans again."""
+
+
+def follow(
+    controller: Controller,
+    scenario: Scenario,
+    start: Pose,
+    goal: Code,
+    *,
+    rounds: int,
+    method: Method = "hybrid",
+    effort: Effort = USUAL,
+    key: Key,
+) -> Way:
+    """Act towards a code, round after round; a bump ends a round.
+
+    A goal farther than one sequence is approached: of all sequences the one is carried out whose
+    code is nearest. What a wall forbids is known, and leaves that much more to be done.
+
+    Args:
+        controller: A controller whose codes are products of matrices.
+        scenario: Where the agent acts.
+        start: Its pose.
+        goal: The code of what is to be undergone.
+        rounds: Plans, each of T commands.
+        method: How a goal within one sequence is planned; farther ones are searched for.
+        effort: How hard the method tries.
+        key: Source of randomness.
+    """
+
+    def round_of(
+        carry: tuple[Pose, Code], key: Key
+    ) -> tuple[tuple[Pose, Code], tuple[Motors, Pose, Array, Array]]:
+        pose, goal = carry
+        near = _within_reach(controller, goal)
+        target = code_target(controller, near)
+        motors = reach(controller, target, method, effort, key=key)
+        poses, blocked, done = carry_out(scenario, pose, motors)
+        happened = executed(controller.commands, Done(motors, blocked))
+        left = remaining(controller.model, goal, happened, done)
+        last = jax.tree.map(lambda field: field[-1], poses)
+        return (last, left), (motors, poses, blocked, done)
+
+    _, (motors, poses, blocked, done) = jax.lax.scan(
+        round_of, (start, goal), jax.random.split(key, rounds)
+    )
+    flat = jax.tree.map(lambda field: field.reshape(-1, *field.shape[2:]), (motors, poses))
+    along = jax.tree.map(lambda first, rest: jnp.concatenate([first[None], rest]), start, flat[1])
+    return Way(flat[0], along, blocked.reshape(-1), done.reshape(-1))
+
+
+Each = Bool[Array, " T"]
+
+
+def carry_out(
+    scenario: Scenario, start: Pose, motors: Float[Array, "T M"]
+) -> tuple[Pose, Each, Each]:
+    """Poses after each command, which were blocked, and which were carried out at all."""
+
+    def advance(
+        carry: tuple[Pose, Array], motor: Array
+    ) -> tuple[tuple[Pose, Array], tuple[Pose, Array, Array]]:
+        pose, going = carry
+        after, blocked = scenario.step(pose, motor)
+        after = select(going, after, pose)
+        return (after, going & ~blocked), (after, blocked & going, going)
+
+    going = jnp.array(True)
+    _, (poses, blocked, done) = jax.lax.scan(advance, (start, going), motors)
+    return poses, blocked, done
+
+
+def _within_reach(controller: Controller, goal: Code) -> Code:
+    """The goal, or of the bank's codes the nearest to it if the goal lies beyond them."""
+    away = jax.vmap(lambda code: controller.whitening.distance(code, goal))(controller.bank.codes)
+    nearest = controller.bank.codes[jnp.argmin(away)]
+    return jnp.where(jnp.min(away) > FARTHEST, nearest, goal)
+
+
+FARTHEST = 1.0
+"""Squared whitened distance from the nearest code of the bank, beyond which a goal is too far."""
