@@ -32,7 +32,7 @@ class ControlConfig:
         UserError: For a number that is too small.
     """
 
-    updates: int = 20_000
+    updates: int = 12_000
     batch_size: int = 256
     """Codes of one update."""
     learning_rate: float = 2e-3

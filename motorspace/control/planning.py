@@ -31,7 +31,7 @@ class Effort:
     """Sequences that the decoder, or the bank, offers."""
     starts: int = 1
     """The best of them that are refined, or descended from; the best end is kept."""
-    refinements: int = 3
+    refinements: int = 2
     """Steps of Levenberg and Marquardt."""
     shots: int = 1000
     """Sequences of random shooting."""
@@ -171,49 +171,44 @@ def plan(
             f"there is no method {method!r}", remedy=f"choose one of {', '.join(METHODS)}"
         )
     now = _checked("the readings now", sensors, len(controller.model.scaling.sensors))
-    key = jax.random.key(seed)
     match goal:
         case DisplacementGoal():
-            moved = jnp.array([goal.longitudinal, goal.lateral, goal.turn], jnp.float32)
-            found = _plan_code(controller, now, controller.probe(moved), method, effort, key)
+            wanted = np.array([goal.longitudinal, goal.lateral, goal.turn], np.float32)
         case CodeGoal():
-            code = _checked("the code", goal.code, len(controller.whitening.centre))
-            found = _plan_code(controller, now, code, method, effort, key)
+            wanted = _checked("the code", goal.code, len(controller.whitening.centre))
         case SensorGoal():
             wanted = _checked("the readings wanted", goal.sensors, len(now))
-            found = _plan_sensors(controller, now, wanted, method, effort, key)
+    # All of it is one program: a plan takes less time than a few operations by themselves.
+    found = _solved(controller, (now, wanted), type(goal), method, effort, np.uint32(seed))
     motors, reached, expected, miss = map(np.asarray, found)
     return Plan(motors, reached, expected, float(miss))
 
 
-def _checked(what: str, values: Any, size: int) -> Float[Array, " D"]:
+def _checked(what: str, values: Any, size: int) -> Float[np.ndarray, " D"]:
     array = np.asarray(values, np.float32)
     if array.shape != (size,):
         raise UserError(f"{what} must be {size} numbers, got an array of shape {array.shape}")
     if not np.isfinite(array).all():
         raise UserError(f"{what} must be finite")
-    return jnp.asarray(array)
+    return array
 
 
 @eqx.filter_jit
-def _plan_code(
-    controller: Controller, now: Sensors, code: Code, method: Method, effort: Effort, key: Key
+def _solved(
+    controller: Controller,
+    given: tuple[Any, Any],
+    kind: type[Goal],
+    method: Method,
+    effort: Effort,
+    seed: Any,
 ) -> tuple[Array, ...]:
-    target = code_target(controller, code)
-    return _described(controller, now, target, reach(controller, target, method, effort, key=key))
-
-
-@eqx.filter_jit
-def _plan_sensors(
-    controller: Controller, now: Sensors, goal: Sensors, method: Method, effort: Effort, key: Key
-) -> tuple[Array, ...]:
-    target = sensor_target(controller, now, goal)
-    return _described(controller, now, target, reach(controller, target, method, effort, key=key))
-
-
-def _described(
-    controller: Controller, now: Sensors, target: Target, motors: Motors
-) -> tuple[Array, ...]:
+    now, wanted = given
+    if kind is SensorGoal:
+        target = sensor_target(controller, now, wanted)
+    else:
+        code = controller.probe(wanted) if kind is DisplacementGoal else wanted
+        target = code_target(controller, code)
+    motors = reach(controller, target, method, effort, key=jax.random.key(seed))
     code = encode(controller.model, motors)
     miss = jnp.sqrt(jnp.mean(target.residual(motors) ** 2))
     return motors, code, controller.model.predict(now, code), miss

@@ -81,7 +81,8 @@ STUDY = Study(
                 f"{SUCCESS}.random",
                 f"{SUCCESS}.few_labels",
                 f"{SUCCESS}.far",
-                "control.cost",
+                "control.cost.best_of_8",
+                "control.cost.hybrid",
                 "control.diversity",
                 "seeds",
             )
@@ -103,7 +104,7 @@ STUDY = Study(
         ),
         Target(
             "cost of it over that of search in the true simulator",
-            "control.cost",
+            "control.cost.hybrid",
             at_most=0.2,
             cells={"preset": "best"},
         ),

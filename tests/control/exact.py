@@ -13,8 +13,8 @@ from motorspace.models.predictors import SensorPredictor
 from motorspace.trajectories.commands import nominal
 from motorspace.worlds.agents import ForwardAgent
 
-HORIZON = 4
-AGENT = ForwardAgent(max_rotation=2.0)
+HORIZON = 3
+AGENT = ForwardAgent(max_rotation=1.0)
 CONFIG = ControlConfig(updates=40, batch_size=32, width_size=32, depth=2, noise_size=2, bank=256)
 
 
@@ -39,15 +39,16 @@ def model() -> Model:
     return Model(Exact(), predictor, None, Scaling((10.0,) * 9, (1.0, 1.0)))
 
 
-def controller(config: ControlConfig = CONFIG) -> Controller:
+def controller(agent: ForwardAgent = AGENT, horizon: int = HORIZON) -> Controller:
     """A controller whose decoder has learned nothing yet."""
-    bank = examples(model(), AGENT.commands, (config.bank, HORIZON), key=jax.random.key(1))
-    few = jax.tree.map(lambda leaf: leaf[: config.labels], bank)
+    size = CONFIG.bank, horizon
+    bank = examples(model(), agent.commands, size, key=jax.random.key(1))
+    few = jax.tree.map(lambda leaf: leaf[: CONFIG.labels], bank)
     return Controller(
         model(),
-        config.decoder((6, HORIZON, 2), key=jax.random.key(2)),
+        CONFIG.decoder((6, horizon, 2), key=jax.random.key(2)),
         whitening(bank.codes),
-        fit_probe(nominal(AGENT, np.asarray(few.motors)), few.codes),
+        fit_probe(nominal(agent, np.asarray(few.motors)), few.codes),
         bank,
-        AGENT.commands,
+        agent.commands,
     )

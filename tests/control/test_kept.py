@@ -102,7 +102,7 @@ def test_a_controller_is_learned_where_there_is_none_and_measured(run, capsys, t
     assert 0 <= found["control.success.random"] <= 1 and (copy / CONFIG).exists()
     assert found["control.success.simulated_cross_entropy"] > 0.9
     assert found["control.sensors.simulated"] > found["control.sensors.stay"]
-    assert {"control.cost", "control.diversity", "control.success.far"} <= set(found)
+    assert {"control.cost.hybrid", "control.diversity", "control.success.far"} <= set(found)
 
 
 @pytest.mark.parametrize(
