@@ -22,7 +22,7 @@ from motorspace.training.run import load_run
 from motorspace.worlds.catalog import AGENTS, SENSORS
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
-SCRIPTS = ("first_steps", "own_layout", "own_log", "own_classes")
+SCRIPTS = ("first_steps", "own_layout", "own_log", "own_classes", "reach_a_goal")
 SMALL = [
     *("--code-size", "4", "--width-size", "8", "--depth", "1"),
     *("--trajectories-per-epoch", "64", "--batch-size", "32"),

@@ -58,6 +58,10 @@ class Whitening(eqx.Module):
     def __call__(self, code: Code) -> Code:
         return self.weights @ (code - self.centre)
 
+    def undone(self, white: Code) -> Code:
+        """The code that is whitened to this."""
+        return jnp.linalg.solve(self.weights, white) + self.centre
+
     def distance(self, code: Code, goal: Code) -> Scalar:
         """The squared distance of two codes."""
         return jnp.sum((self.weights @ (code - goal)) ** 2)

@@ -7,10 +7,29 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from motorspace._types import Code, Motor, Motors
+from motorspace._types import Code, Count, Motor, Motors
 from motorspace.models.encoders.base import Matrix
 from motorspace.models.model import Model
 from motorspace.worlds.spaces import ContinuousCommands
+
+
+class Remainder(eqx.Module):
+    """From the codes of what was done and of the goal to the code of what remains, learned.
+
+    For codes that are no products. Codes enter and leave whitened.
+    """
+
+    mlp: eqx.nn.MLP
+
+    def __call__(self, done: Code, goal: Code) -> Code:
+        return self.mlp(jnp.concatenate([done, goal]))
+
+
+def held(commands: ContinuousCommands, motors: Motors, num: Count) -> Motors:
+    """The first `num` commands, after which the agent stands still and looks where it looks."""
+    looks = jnp.array([channel in commands.looking for channel in range(commands.size)], bool)
+    rest = jnp.where(looks, motors[num - 1], 0.0)
+    return jnp.where(jnp.arange(len(motors))[:, None] < num, motors, rest[None])
 
 
 class Done(NamedTuple):

@@ -2,12 +2,24 @@
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Bool
 
 from motorspace._errors import UserError
-from motorspace.control.codes import Examples, Probe, Whitening, examples, fit_probe, whitening
+from motorspace._types import Code, Motors
+from motorspace.control.codes import (
+    Examples,
+    Probe,
+    Whitening,
+    encode,
+    examples,
+    fit_probe,
+    whitening,
+)
+from motorspace.control.composing import Remainder, held, is_product, remaining
 from motorspace.control.decoder import Decoder
-from motorspace.control.learning import USUAL, ControlConfig, Task, learn_decoder
+from motorspace.control.learning import USUAL, ControlConfig, Task, learn_decoder, learn_remainder
 from motorspace.models.model import Model
 from motorspace.training.data import simulated
 from motorspace.training.run import Run
@@ -25,6 +37,8 @@ class Controller(eqx.Module):
         probe: From displacements to codes.
         bank: Random sequences with their codes.
         commands: The commands that the agent takes.
+        remainder: What remains of a goal; None where codes are products of matrices, which say so
+            themselves.
     """
 
     model: Model
@@ -33,11 +47,26 @@ class Controller(eqx.Module):
     probe: Probe
     bank: Examples
     commands: ContinuousCommands = eqx.field(static=True)
+    remainder: Remainder | None = None
 
     @property
     def horizon(self) -> int:
         """Commands of a planned sequence, T."""
         return self.decoder.horizon
+
+    def remaining(self, goal: Code, motors: Motors, carried_out: Bool[Array, " L"]) -> Code:
+        """The code that leads to `goal` after the commands carried out.
+
+        Args:
+            goal: The code of the whole way, [C].
+            motors: Commands as they happened, [L, M].
+            carried_out: Those of them that were carried out, the first ones, [L].
+        """
+        if self.remainder is None:
+            return remaining(self.model, goal, motors, carried_out)
+        done = held(self.commands, motors, jnp.sum(carried_out, dtype=jnp.int32))
+        white = self.whitening(encode(self.model, done)), self.whitening(goal)
+        return self.whitening.undone(self.remainder(*white))
 
 
 def learn_controller(run: Run, config: ControlConfig = USUAL) -> Controller:
@@ -57,7 +86,8 @@ def learn_controller(run: Run, config: ControlConfig = USUAL) -> Controller:
         UserError: For a run on a log, and for discrete commands.
     """
     commands, data = commands_of(run), simulated(run.config.data)
-    bank_key, label_key, learn_key = jax.random.split(jax.random.key(config.seed), 3)
+    seed = jax.random.key(config.seed)
+    bank_key, label_key, learn_key, rest_key = jax.random.split(seed, 4)
     bank = _examples(run.model, commands, (config.bank, data.horizon), key=bank_key)
     labelled = _examples(run.model, commands, (config.labels, data.horizon), key=label_key)
     moved = nominal(data.scenario().agent, np.asarray(labelled.motors))
@@ -70,6 +100,7 @@ def learn_controller(run: Run, config: ControlConfig = USUAL) -> Controller:
         fit_probe(moved, labelled.codes),
         bank,
         commands,
+        None if is_product(run.model) else learn_remainder(task, config, key=rest_key),
     )
 
 

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from motorspace._types import Code, Key, Motors, Pose
-from motorspace.control.composing import Done, executed, remaining
+from motorspace.control.composing import Done, executed
 from motorspace.control.controller import Controller
 from motorspace.control.planning import USUAL, Effort, Method, code_target, reach
 from motorspace.worlds.scenario import Scenario
@@ -15,7 +15,7 @@ from motorspace.worlds.simulation import select
 
 
 class Way(NamedTuple):
-    """What an agent did on its way to a goal, in `rounds` plans of T commands."""
+    """What an agent did on its way to a goal: L commands, in plans of T each."""
 
     motors: Float[Array, "L M"]
     poses: Pose
@@ -36,20 +36,24 @@ def follow(
     effort: Effort = USUAL,
     key: Key,
 ) -> Way:
-    """Act towards a code, round after round; a bump ends a round.
+    """Returns the way of an agent that acts towards a code, round after round.
 
-    A goal farther than one sequence is approached: of all sequences the one is carried out whose
-    code is nearest. What a wall forbids is known, and leaves that much more to be done.
+    A bump ends a round. A goal farther than one sequence is approached by the sequence whose code
+    is nearest. The agent senses what a wall forbids; that much more is left to be done.
 
     Args:
-        controller: A controller whose codes are products of matrices.
+        controller: A controller. One whose codes are no products knows what remains of goals within
+            one sequence only.
         scenario: Where the agent acts.
         start: Its pose.
         goal: The code of what is to be undergone.
         rounds: Plans, each of T commands.
-        method: How a goal within one sequence is planned; farther ones are searched for.
+        method: How each sequence is planned.
         effort: How hard the method tries.
         key: Source of randomness.
+
+    Returns:
+        Every command and every pose of the way.
     """
 
     def round_of(
@@ -61,7 +65,7 @@ def follow(
         motors = reach(controller, target, method, effort, key=key)
         poses, blocked, done = carry_out(scenario, pose, motors)
         happened = executed(controller.commands, Done(motors, blocked))
-        left = remaining(controller.model, goal, happened, done)
+        left = controller.remaining(goal, happened, done)
         last = jax.tree.map(lambda field: field[-1], poses)
         return (last, left), (motors, poses, blocked, done)
 

@@ -4,8 +4,9 @@ No label is needed. A random motor sequence gives a code; the decoder answers wi
 from two draws of noise; their codes should be the one asked for, and the two should differ.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import equinox as eqx
 import jax
@@ -15,6 +16,7 @@ from jaxtyping import Array, Float
 
 from motorspace._types import Key, Motors, Scalar
 from motorspace.control.codes import Whitening, encode, random_sequence
+from motorspace.control.composing import Remainder, held
 from motorspace.control.decoder import Decoder, squash
 from motorspace.models.model import Model
 from motorspace.worlds.checks import positive, whole
@@ -33,13 +35,15 @@ class ControlConfig:
     """
 
     updates: int = 12_000
+    """Steps of Adam."""
     batch_size: int = 256
     """Codes of one update."""
     learning_rate: float = 2e-3
     """Largest step of Adam; it falls to 0 on a cosine."""
     width_size: int = 256
+    """Units of each hidden layer of the decoder."""
     depth: int = 3
-    """Hidden layers of the decoder, and their units."""
+    """Hidden layers of the decoder."""
     noise_size: int = 4
     """Numbers that choose among the sequences of a code."""
     diversity: float = 0.4
@@ -49,6 +53,7 @@ class ControlConfig:
     bank: int = 4096
     """Random sequences that are kept with their codes."""
     seed: int = 0
+    """Seed of everything that is random."""
 
     def __post_init__(self) -> None:
         for name in ("updates", "batch_size", "width_size", "depth", "noise_size", "bank"):
@@ -62,6 +67,13 @@ class ControlConfig:
             sizes, self.noise_size, width_size=self.width_size, depth=self.depth, key=key
         )
 
+    def remainder(self, code_size: int, *, key: Key) -> Remainder:
+        """What remains of a goal, with initial weights."""
+        sizes = 2 * code_size, code_size, self.width_size, self.depth
+        return Remainder(eqx.nn.MLP(*sizes, jax.nn.relu, key=key))
+
+
+Network = TypeVar("Network", Decoder, Remainder)
 
 USUAL = ControlConfig()
 
@@ -80,18 +92,36 @@ def learn_decoder(task: Task, config: ControlConfig, *, key: Key) -> Decoder:
     init_key, data_key = jax.random.split(key)
     sizes = (len(task.whitening.centre), task.horizon, task.commands.size)
     decoder = config.decoder(sizes, key=init_key)
+    return _learned(
+        decoder, lambda net, key: decoding_loss(net, task, config, key=key), config, key=data_key
+    )
+
+
+def learn_remainder(task: Task, config: ControlConfig, *, key: Key) -> Remainder:
+    """What remains of a goal after a part of the way, for codes that are no products."""
+    init_key, data_key = jax.random.split(key)
+    remainder = config.remainder(len(task.whitening.centre), key=init_key)
+    return _learned(
+        remainder, lambda net, key: remainder_loss(net, task, config, key=key), config, key=data_key
+    )
+
+
+def _learned(
+    network: Network, loss: Callable[[Network, Key], Scalar], config: ControlConfig, *, key: Key
+) -> Network:
+    """The network after so many updates on fresh sequences."""
     schedule = optax.cosine_decay_schedule(config.learning_rate, config.updates)
     optimiser = optax.chain(optax.clip_by_global_norm(1.0), optax.adam(schedule))
-    arrays, static = eqx.partition(decoder, eqx.is_array)
+    arrays, static = eqx.partition(network, eqx.is_array)
 
-    def loss_of(arrays: Decoder, key: Key) -> Scalar:
-        return decoding_loss(eqx.combine(arrays, static), task, config, key=key)
+    def loss_of(arrays: Network, key: Key) -> Scalar:
+        return loss(eqx.combine(arrays, static), key)
 
     @jax.jit
-    def run(carry: tuple[Decoder, optax.OptState], keys: Array) -> tuple[Decoder, optax.OptState]:
+    def run(carry: tuple[Network, optax.OptState], keys: Array) -> tuple[Network, optax.OptState]:
         def update(
-            carry: tuple[Decoder, optax.OptState], key: Key
-        ) -> tuple[tuple[Decoder, optax.OptState], None]:
+            carry: tuple[Network, optax.OptState], key: Key
+        ) -> tuple[tuple[Network, optax.OptState], None]:
             arrays, state = carry
             gradients = jax.grad(loss_of)(arrays, key)
             with jax.numpy_dtype_promotion("standard"):  # optax counts in whole numbers
@@ -103,7 +133,7 @@ def learn_decoder(task: Task, config: ControlConfig, *, key: Key) -> Decoder:
     carry, done = (arrays, optimiser.init(arrays)), 0
     while done < config.updates:
         num = min(STEPS_AT_ONCE, config.updates - done)
-        keys = jax.random.split(jax.random.fold_in(data_key, done), num)
+        keys = jax.random.split(jax.random.fold_in(key, done), num)
         carry, done = run(carry, keys), done + num
     return eqx.combine(carry[0], static)
 
@@ -128,6 +158,22 @@ def decoding_loss(decoder: Decoder, task: Task, config: ControlConfig, *, key: K
     apart = jnp.sqrt(jnp.mean((answers[:, 0] - answers[:, 1]) ** 2, axis=-1) + 1e-8)
     alike = jax.nn.relu(config.diversity * RANDOM_SPREAD - apart)
     return jnp.mean(miss) + jnp.mean(alike**2)
+
+
+def remainder_loss(remainder: Remainder, task: Task, config: ControlConfig, *, key: Key) -> Scalar:
+    """How far what is said to remain of random sequences is from the code of their rest."""
+
+    def one(key: Key) -> Scalar:
+        sequence_key, length_key = jax.random.split(key)
+        whole = random_sequence(task.commands, task.horizon, key=sequence_key)
+        done = jax.random.randint(length_key, (), 1, task.horizon)
+        parts = whole, held(task.commands, whole, done)
+        # The rest, moved to the front, and held from there on.
+        rest = held(task.commands, jnp.roll(whole, -done, axis=0), task.horizon - done)
+        goal, before, after = (task.whitening(encode(task.model, m)) for m in (*parts, rest))
+        return jnp.mean((remainder(before, goal) - after) ** 2)
+
+    return jnp.mean(jax.vmap(one)(jax.random.split(key, config.batch_size)))
 
 
 BETTER = 0.8

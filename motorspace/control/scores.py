@@ -11,7 +11,7 @@ from motorspace.control.codes import fit_probe, random_sequence
 from motorspace.control.composing import is_product
 from motorspace.control.controller import Controller
 from motorspace.control.following import follow
-from motorspace.control.planning import USUAL, Effort, Method
+from motorspace.control.planning import USUAL, Effort, Method, code_target, reach
 from motorspace.control.sensor_trials import away, places, sensor_trials
 from motorspace.control.trials import (
     CHUNK_SIZE,
@@ -89,6 +89,7 @@ def _free_space(controller: Controller, agent: AbstractAgent, num: int, *, key: 
         "few_labels": displacement_trials(
             _with_labels(controller, agent, FEW_LABELS, key=key), agent, goals, "hybrid", key=key
         ),
+        "replanned": _replanned(controller, agent, goals, key=key),
         "random": _random(controller, agent, goals, key=key),
     }
     success = {f"control.success.{name}": trials.success() for name, trials in rows.items()}
@@ -107,6 +108,32 @@ def _random(
         return random_sequence(agent.commands, controller.horizon, key=key)
 
     return judged(agent, jax.vmap(one)(jax.random.split(key, len(goals))), goals, 0.0)
+
+
+@eqx.filter_jit
+def _halfway(
+    controller: Controller, goals: Float[Array, "N 3"], keys: Array
+) -> Float[Array, "N L M"]:
+    """Half a plan, and a plan for what then remains."""
+    half = controller.horizon // 2
+
+    def one(goal: Displacement, key: Key) -> Motors:
+        code = controller.probe(goal)
+        first_key, then_key = jax.random.split(key)
+        first = reach(controller, code_target(controller, code), "hybrid", key=first_key)
+        left = controller.remaining(code, first, jnp.arange(controller.horizon) < half)
+        then = reach(controller, code_target(controller, left), "hybrid", key=then_key)
+        return jnp.concatenate([first[:half], then])
+
+    return jax.vmap(one)(goals, keys)
+
+
+def _replanned(
+    controller: Controller, agent: AbstractAgent, goals: Float[Array, "N 3"], *, key: Key
+) -> Trials:
+    """What comes of planning again halfway."""
+    motors = _halfway(controller, goals, jax.random.split(key, len(goals)))
+    return judged(agent, motors, goals, 0.0)
 
 
 def _with_labels(controller: Controller, agent: AbstractAgent, num: int, *, key: Key) -> Controller:

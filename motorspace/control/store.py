@@ -16,6 +16,7 @@ import jax.numpy as jnp
 from motorspace._errors import UserError
 from motorspace._files import write_atomically, write_json
 from motorspace.control.codes import Examples, Probe, Whitening
+from motorspace.control.composing import Remainder, is_product
 from motorspace.control.controller import Controller, commands_of
 from motorspace.control.decoder import Decoder
 from motorspace.control.learning import ControlConfig
@@ -31,6 +32,11 @@ LEARN = "learn it with: motorspace control RUN"
 def save_controller(controller: Controller, config: ControlConfig, folder: str | Path) -> None:
     """Write a controller into the folder of its run; one that is there is replaced.
 
+    Args:
+        controller: The controller.
+        config: How it has learned.
+        folder: The folder of its run.
+
     Raises:
         UserError: When the folder cannot be written.
     """
@@ -42,14 +48,17 @@ def save_controller(controller: Controller, config: ControlConfig, folder: str |
 def load_controller(folder: str | Path) -> Controller:
     """Return the controller in the folder of a run.
 
+    Args:
+        folder: A run's folder that `save_controller` or `motorspace control` has written to.
+
     Raises:
         UserError: When there is no finished run or no controller, or one of them is broken.
     """
     folder = Path(folder)
     run, config = load_run(folder), stored_config(folder)
     blank = _blank(run, config)
-    decoder, whitening, probe, bank = unpacked(_learned(blank), folder / WEIGHTS)
-    return Controller(run.model, decoder, whitening, probe, bank, blank.commands)
+    decoder, whitening, probe, bank, remainder = unpacked(_learned(blank), folder / WEIGHTS)
+    return Controller(run.model, decoder, whitening, probe, bank, blank.commands, remainder)
 
 
 def stored_config(folder: Path) -> ControlConfig:
@@ -71,8 +80,11 @@ def stored_config(folder: Path) -> ControlConfig:
         raise UserError("the controller cannot be read", where=path, remedy=LEARN) from None
 
 
-def _learned(controller: Controller) -> tuple[Decoder, Whitening, Probe, Examples]:
-    return controller.decoder, controller.whitening, controller.probe, controller.bank
+def _learned(
+    controller: Controller,
+) -> tuple[Decoder, Whitening, Probe, Examples, Remainder | None]:
+    known = controller.decoder, controller.whitening, controller.probe, controller.bank
+    return *known, controller.remainder
 
 
 def _blank(run: Run, config: ControlConfig) -> Controller:
@@ -89,4 +101,5 @@ def _blank(run: Run, config: ControlConfig) -> Controller:
         Probe(jnp.zeros(size), jnp.zeros((4, size))),
         Examples(jnp.zeros((config.bank, horizon, commands.size)), jnp.zeros((config.bank, size))),
         commands,
+        None if is_product(run.model) else config.remainder(size, key=jax.random.key(0)),
     )

@@ -80,6 +80,7 @@ STUDY = Study(
                 *SEARCH,
                 f"{SUCCESS}.random",
                 f"{SUCCESS}.few_labels",
+                f"{SUCCESS}.replanned",
                 f"{SUCCESS}.far",
                 "control.cost.best_of_8",
                 "control.cost.hybrid",

@@ -18,18 +18,26 @@ from motorspace.control.composing import (
     as_matrix,
     chained,
     executed,
+    held,
     is_product,
     remaining,
 )
 from motorspace.control.decoder import squash, unsquash
 from motorspace.control.following import carry_out, follow
 from motorspace.control.goals import CodeGoal, DisplacementGoal, SensorGoal
-from motorspace.control.learning import RANDOM_SPREAD, Task, decoding_loss, learn_decoder
+from motorspace.control.learning import (
+    RANDOM_SPREAD,
+    Task,
+    decoding_loss,
+    learn_decoder,
+    learn_remainder,
+    remainder_loss,
+)
 from motorspace.control.planning import METHODS, Effort, code_target, plan, reach
 from motorspace.control.refine import levenberg_marquardt
 from motorspace.control.trials import displacement_goals, displacement_trials, moved
 from motorspace.se2 import compose
-from motorspace.worlds.agents import ForwardAgent
+from motorspace.worlds.agents import ForwardAgent, HolonomicAgent
 from motorspace.worlds.scenario import Scenario
 from tests.control import exact
 
@@ -144,6 +152,23 @@ def test_what_remains_completes_what_was_done(controller, motors):
     carried_out = jnp.arange(len(motors)) < 2
     rest = remaining(controller.model, goal, motors, carried_out)
     np.testing.assert_allclose(rest, encode(controller.model, motors[2:]), atol=1e-5)
+
+
+def test_what_remains_is_learned_where_codes_are_no_products(controller):
+    task = Task(controller.model, controller.commands, controller.whitening, exact.HORIZON)
+    config = dataclasses.replace(exact.CONFIG, updates=400, learning_rate=5e-3, width_size=64)
+    learned = learn_remainder(task, config, key=jax.random.key(0))
+    blank = config.remainder(6, key=jax.random.key(0))
+    loss = [
+        float(remainder_loss(net, task, config, key=jax.random.key(9))) for net in (blank, learned)
+    ]
+    assert loss[1] < 0.2 * loss[0]
+
+
+def test_an_agent_that_holds_stands_still_and_looks_where_it_looks():
+    commands = HolonomicAgent(max_rotation=1.0).commands
+    motors = jnp.ones((3, 4)) * jnp.array([0.1, 0.2, 0.3, 0.4])[None]
+    np.testing.assert_allclose(held(commands, motors, jnp.array(2))[2], [0, 0, 0, 0.4])
 
 
 def test_a_blocked_command_turns_and_does_not_move(controller):

@@ -3,6 +3,7 @@
 import json
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -67,6 +68,17 @@ def test_a_broken_controller_is_refused(run, name, content, sentence):
             load_controller(run)
     finally:
         (run / name).write_bytes(before)
+
+
+def test_codes_that_are_no_products_learn_what_remains(tmp_path):
+    config = changed(TINY, {"epochs": 2})
+    learned = learn_controller(train(config, folder=tmp_path), SMALL)
+    save_controller(learned, SMALL, tmp_path)
+    kept = load_controller(tmp_path)
+    motors, goal = learned.bank.motors[0], learned.bank.codes[1]
+    first, second = (c.remaining(goal, motors, jnp.array([True, False])) for c in (learned, kept))
+    np.testing.assert_array_equal(first, second)
+    assert first.shape == goal.shape and bool(np.isfinite(first).all())
 
 
 def test_a_lattice_run_has_no_controller():
