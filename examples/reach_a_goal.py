@@ -8,7 +8,7 @@ import numpy as np
 import motorspace as ms
 
 config = ms.RunConfig(ms.Simulated(ms.ForwardAgent(max_rotation=0.4 * math.pi)), preset="best")
-run = ms.train(ms.changed(config, {"epochs": 200}))
+run = ms.train(ms.changed(config, dict(epochs=400)))
 controller = ms.learn_controller(run, ms.ControlConfig(updates=2000))
 
 goal = ms.DisplacementGoal(longitudinal=1.0, lateral=-1.5, turn=math.pi / 2)

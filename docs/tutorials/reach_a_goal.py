@@ -1,7 +1,7 @@
 # %% [markdown]
 # # Reach a goal
 #
-# In about four minutes: an agent that has learned codes learns to act with them. It is asked for a
+# In about five minutes: an agent that has learned codes learns to act with them. It is asked for a
 # displacement and answers with motor commands, with as many different ones as you like.
 
 # %%
@@ -13,7 +13,7 @@ import numpy as np
 
 import motorspace as ms
 
-EPOCHS = 200  # 1,000 for the numbers in the results
+EPOCHS = 400  # 1,000 for the numbers in the results
 UPDATES = 3000  # 12,000 for the numbers in the results
 
 # %% [markdown]
