@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from motorspace.control.controller import Controller
     from motorspace.control.goals import Goal
 
+FAR_OFF = 0.5
+"""A plan that misses by more, in standard deviations of codes, is a person's concern."""
+
 METHODS = ("amortised", "hybrid", "shooting", "cross_entropy", "descent")
 
 
@@ -89,6 +92,8 @@ def run(options: argparse.Namespace) -> None:
     size = len(controller.model.scaling.sensors)
     now = np.zeros(size, np.float32) if options.now is None else np.array(options.now, np.float32)
     found_plan = plan(controller, now, goal, method=options.method, seed=options.seed)
+    if found_plan.miss > FAR_OFF:
+        note("the plan does not get near the goal, by the network's own account")
     shown = {
         name: values.tolist()
         for name, values in zip(

@@ -1,5 +1,6 @@
 """From a goal to motor commands: decode, decode and refine, or search."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, get_args
@@ -164,7 +165,8 @@ def plan(
         The plan.
 
     Raises:
-        UserError: For readings or a goal of the wrong length, and an unknown method.
+        UserError: For readings or a goal of the wrong length, a displacement that no sequence
+            reaches, and an unknown method.
     """
     if method not in METHODS:
         raise UserError(
@@ -173,6 +175,7 @@ def plan(
     now = _checked("the readings now", sensors, len(controller.model.scaling.sensors))
     match goal:
         case DisplacementGoal():
+            _refuse_too_far(controller, goal)
             wanted = np.array([goal.longitudinal, goal.lateral, goal.turn], np.float32)
         case CodeGoal():
             wanted = _checked("the code", goal.code, len(controller.whitening.centre))
@@ -182,6 +185,16 @@ def plan(
     found = _solved(controller, (now, wanted), type(goal), method, effort, np.uint32(seed))
     motors, reached, expected, miss = map(np.asarray, found)
     return Plan(motors, reached, expected, float(miss))
+
+
+def _refuse_too_far(controller: Controller, goal: DisplacementGoal) -> None:
+    scale, channels = controller.commands.scale, controller.commands.translating
+    farthest = controller.horizon * math.hypot(*(scale[channel] for channel in channels))
+    if channels and math.hypot(goal.longitudinal, goal.lateral) > farthest:
+        raise UserError(
+            f"no sequence of {controller.horizon} commands leads farther than {farthest:.3g} units",
+            remedy="follow the goal in several sequences, with ms.follow",
+        )
 
 
 def _checked(what: str, values: Any, size: int) -> Float[np.ndarray, " D"]:

@@ -235,6 +235,11 @@ def test_what_is_not_finite_or_not_there_is_refused(controller):
         plan(controller, HERE, CodeGoal([0.0] * 6), method="magic")
 
 
+def test_a_displacement_that_no_sequence_reaches_is_refused(controller):
+    with pytest.raises(UserError, match=r"no sequence of 3 commands leads farther than 3 units"):
+        plan(controller, HERE, DisplacementGoal(3.0, 0.5))
+
+
 def test_the_seed_chooses_among_sequences(controller):
     target = code_target(controller, controller.bank.codes[0])
     first, second = (
