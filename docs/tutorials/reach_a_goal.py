@@ -60,8 +60,8 @@ paths = np.stack([path(plan.motors) for plan in plans])
 ms.answers_figure(paths, np.array([1.0, -1.5, math.pi / 2]))
 
 # %% [markdown]
-# Twelve seeds, twelve ways. The agent can only move ahead, so all of them pass the goal and come back
-# to it. They end near the circle and face along its arrow.
+# Twelve seeds, twelve ways. The agent can only move ahead, so all of them pass the goal and come
+# back to it. They end near the circle and face along its arrow.
 
 # %%
 off = paths[:, -1, :2] - np.array([1.0, -1.5])
