@@ -18,6 +18,9 @@ from .control.learning import ControlConfig as ControlConfig
 from .control.planning import Effort as Effort
 from .control.planning import Plan as Plan
 from .control.planning import plan as plan
+from .control.pretrained import Pretrained as Pretrained
+from .control.pretrained import load_pretrained as load_pretrained
+from .control.pretrained import pretrained_names as pretrained_names
 from .control.scores import measure_controller as measure_controller
 from .control.store import load_controller as load_controller
 from .control.store import save_controller as save_controller

@@ -1,5 +1,8 @@
 """A controller: what an agent needs, beside its network, to act in the space of codes."""
 
+import dataclasses
+from typing import NamedTuple
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -7,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Bool
 
 from motorspace._errors import UserError
-from motorspace._types import Code, Motors
+from motorspace._types import Code, Key, Motors
 from motorspace.control.codes import (
     Examples,
     Probe,
@@ -85,23 +88,49 @@ def learn_controller(run: Run, config: ControlConfig = USUAL) -> Controller:
     Raises:
         UserError: For a run on a log, and for discrete commands.
     """
-    commands, data = commands_of(run), simulated(run.config.data)
-    seed = jax.random.key(config.seed)
-    bank_key, label_key, learn_key, rest_key = jax.random.split(seed, 4)
-    bank = _examples(run.model, commands, (config.bank, data.horizon), key=bank_key)
-    labelled = _examples(run.model, commands, (config.labels, data.horizon), key=label_key)
-    moved = nominal(data.scenario().agent, np.asarray(labelled.motors))
-    spread = whitening(bank.codes)
-    task = Task(run.model, commands, spread, data.horizon)
+    blank, keys = blank_controller(run, config), _keys(config)
+    labels = config.labels, blank.horizon
+    labelled = _examples(run.model, blank.commands, labels, key=keys.labels)
+    agent = simulated(run.config.data).scenario().agent
+    moved = nominal(agent, np.asarray(labelled.motors))
+    task = Task(run.model, blank.commands, blank.whitening, blank.horizon)
+    return dataclasses.replace(
+        blank,
+        decoder=learn_decoder(task, config, key=keys.decoder),
+        probe=fit_probe(moved, labelled.codes),
+        remainder=blank.remainder and learn_remainder(task, config, key=keys.remainder),
+    )
+
+
+def blank_controller(run: Run, config: ControlConfig) -> Controller:
+    """A controller that has learned nothing: its bank, its whitening, and initial weights.
+
+    Raises `UserError` as `learn_controller`.
+    """
+    commands, horizon, keys = commands_of(run), simulated(run.config.data).horizon, _keys(config)
+    bank = _examples(run.model, commands, (config.bank, horizon), key=keys.bank)
+    size = bank.codes.shape[1]
+    product = is_product(run.model)
     return Controller(
         run.model,
-        learn_decoder(task, config, key=learn_key),
-        spread,
-        fit_probe(moved, labelled.codes),
+        config.decoder((size, horizon, commands.size), key=keys.decoder),
+        whitening(bank.codes),
+        Probe(jnp.zeros(size), jnp.zeros((4, size))),
         bank,
         commands,
-        None if is_product(run.model) else learn_remainder(task, config, key=rest_key),
+        None if product else config.remainder(size, key=keys.remainder),
     )
+
+
+class _Keys(NamedTuple):
+    bank: Key
+    labels: Key
+    decoder: Key
+    remainder: Key
+
+
+def _keys(config: ControlConfig) -> _Keys:
+    return _Keys(*jax.random.split(jax.random.key(config.seed), 4))
 
 
 _examples = eqx.filter_jit(examples)

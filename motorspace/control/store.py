@@ -10,19 +10,15 @@ import dataclasses
 import json
 from pathlib import Path
 
-import jax
-import jax.numpy as jnp
-
 from motorspace._errors import UserError
 from motorspace._files import write_atomically, write_json
-from motorspace.control.codes import Examples, Probe, Whitening
-from motorspace.control.composing import Remainder, is_product
-from motorspace.control.controller import Controller, commands_of
+from motorspace.control.codes import Probe
+from motorspace.control.composing import Remainder
+from motorspace.control.controller import Controller, blank_controller
 from motorspace.control.decoder import Decoder
 from motorspace.control.learning import ControlConfig
 from motorspace.training.checkpoint import packed, unpacked
-from motorspace.training.data import simulated
-from motorspace.training.run import Run, load_run
+from motorspace.training.run import load_run
 
 FORMAT_VERSION = 1
 CONFIG, WEIGHTS = "controller.json", "controller.safetensors"
@@ -56,9 +52,9 @@ def load_controller(folder: str | Path) -> Controller:
     """
     folder = Path(folder)
     run, config = load_run(folder), stored_config(folder)
-    blank = _blank(run, config)
-    decoder, whitening, probe, bank, remainder = unpacked(_learned(blank), folder / WEIGHTS)
-    return Controller(run.model, decoder, whitening, probe, bank, blank.commands, remainder)
+    blank = blank_controller(run, config)
+    decoder, probe, remainder = unpacked(_learned(blank), folder / WEIGHTS)
+    return dataclasses.replace(blank, decoder=decoder, probe=probe, remainder=remainder)
 
 
 def stored_config(folder: Path) -> ControlConfig:
@@ -80,26 +76,6 @@ def stored_config(folder: Path) -> ControlConfig:
         raise UserError("the controller cannot be read", where=path, remedy=LEARN) from None
 
 
-def _learned(
-    controller: Controller,
-) -> tuple[Decoder, Whitening, Probe, Examples, Remainder | None]:
-    known = controller.decoder, controller.whitening, controller.probe, controller.bank
-    return *known, controller.remainder
-
-
-def _blank(run: Run, config: ControlConfig) -> Controller:
-    """A controller of the same shapes that knows nothing."""
-    commands, horizon = commands_of(run), simulated(run.config.data).horizon
-    shape = jax.ShapeDtypeStruct((horizon, commands.size), jnp.float32)
-    steps = jax.ShapeDtypeStruct((), jnp.int32)
-    size = jax.eval_shape(run.model.encode, shape, steps).shape[0]
-    decoder = config.decoder((size, horizon, commands.size), key=jax.random.key(0))
-    return Controller(
-        run.model,
-        decoder,
-        Whitening(jnp.zeros(size), jnp.zeros((size, size))),
-        Probe(jnp.zeros(size), jnp.zeros((4, size))),
-        Examples(jnp.zeros((config.bank, horizon, commands.size)), jnp.zeros((config.bank, size))),
-        commands,
-        None if is_product(run.model) else config.remainder(size, key=jax.random.key(0)),
-    )
+def _learned(controller: Controller) -> tuple[Decoder, Probe, Remainder | None]:
+    """What is kept; bank and whitening follow from the run's network and the seed."""
+    return controller.decoder, controller.probe, controller.remainder
