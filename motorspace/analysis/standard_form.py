@@ -28,13 +28,13 @@ def standard_form(codes: Codes, transitions: Matrices, readouts: Matrices) -> Co
     product = np.broadcast_to(np.eye(size), (num, size, size)).copy()
     product[:, :-1] = codes.reshape(num, size - 1, size)
     linear, translation = _parts(product @ np.linalg.inv(readouts.mean(axis=0)))
-    translation = translation - linear @ _body_point(transitions)
+    translation = translation - linear @ body_point(transitions)
     spread = translation.var(axis=0).sum()
     unit = np.sqrt(linear.var(axis=0).sum() / spread) if spread > 0 else 1.0
     return np.concatenate([linear, unit * translation[:, :, None]], axis=2).reshape(num, -1)
 
 
-def _body_point(transitions: Matrices) -> Float[np.ndarray, " _"]:
+def body_point(transitions: Matrices) -> Float[np.ndarray, " _"]:
     """The q for which t - L q varies least, (L, t) the parts of the inverse commands."""
     linear, translation = _parts(np.linalg.inv(transitions))
     turns, shifts = linear - linear.mean(axis=0), translation - translation.mean(axis=0)

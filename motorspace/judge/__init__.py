@@ -1,0 +1,1 @@
+"""A judge that knows the place: what an agent will sense after a sequence, where it is now."""
