@@ -65,12 +65,10 @@ def log(tmp_path):
 @pytest.mark.parametrize("script", SCRIPTS)
 def test_an_example_runs(script, capsys, tmp_path):
     source = (EXAMPLES / f"{script}.py").read_text()
-    small = re.sub(
-        r"(epochs|updates)=(\d+)", lambda found: f"{found[1]}={int(found[2]) // 20 or 1}", source
-    )
+    small = re.sub(r"epochs=(\d+)", lambda found: f"epochs={int(found[1]) // 20 or 1}", source)
     (tmp_path / "script.py").write_text(small.replace("num=8000", "num=400"))
     runpy.run_path(str(tmp_path / "script.py"), run_name="__main__")
-    assert len(capsys.readouterr().out.splitlines()) >= 3
+    assert len(capsys.readouterr().out.splitlines()) >= 2
 
 
 def test_there_is_no_other_example():

@@ -1,24 +1,19 @@
 """The judge: what an agent will sense after sequences with these codes, where it is now."""
 
-import json
 from dataclasses import dataclass
-from pathlib import Path
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
-from safetensors import SafetensorError
-from safetensors.numpy import load, save
 
 from motorspace._errors import UserError
-from motorspace._files import write_atomically, write_json
 from motorspace._types import Key
 from motorspace.judge.calibration import Calibrated, calibrate_on
 from motorspace.judge.codes import CodeBook, learn_codes
 from motorspace.judge.mounting import SATURATED, Mounting, find_mounting
-from motorspace.judge.odometry import Odometry, distilled
+from motorspace.judge.odometry import distilled
 from motorspace.judge.places import Hypotheses, Places
 from motorspace.judge.smoothing import smoothed
 from motorspace.judge.walks import Walk, joined, walk

@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Array, Float
 from scipy.spatial import cKDTree
 
-from motorspace.judge.walls import WallMap
 from motorspace._types import Count
+from motorspace.judge.walls import WallMap
 
 PER_MOMENT = 20
 """Imagined places for each remembered moment."""
@@ -101,10 +101,12 @@ def _imagined(
     bearing, direction = random.uniform(-np.pi, np.pi, (2, num))
     distance = np.hypot(*random.normal(0.0, AROUND * walls.reach, (2, num)))
     ahead = jnp.zeros(1)
-    free = np.concatenate([
-        np.asarray(_ranges(walls, jnp.asarray(part, jnp.float32), ahead))[:, 0]
-        for part in _chunks(np.stack([x, y, bearing]))
-    ])
+    free = np.concatenate(
+        [
+            np.asarray(_ranges(walls, jnp.asarray(part, jnp.float32), ahead))[:, 0]
+            for part in _chunks(np.stack([x, y, bearing]))
+        ]
+    )
     kept = distance < free
     x, y = x + distance * np.cos(bearing), y + distance * np.sin(bearing)
     return np.stack([x, y, direction])[:, kept]

@@ -28,5 +28,5 @@ def test_there_are_some_and_all_are_small():
 def test_the_nearest_name_is_named():
     with pytest.raises(UserError, match=r"no pretrained network 'forward-04pi'.*'forward-0.4pi'"):
         load_pretrained("forward-04pi")
-    with pytest.raises(UserError, match="choose one of forward-0.4pi"):
+    with pytest.raises(UserError, match=r"choose one of forward-0\.4pi"):
         load_pretrained(str(np.nan))
