@@ -80,9 +80,9 @@ def find_mounting(
     moved, before, after = _small_moves(frames, sensors)
     x, y, turn = moved
     known = np.stack([x, y, np.cos(turn) - 1, np.sin(turn), np.ones_like(x)], axis=-1)
-    gradients = np.array([
-        _robust(known, *pair, reach) for pair in zip(before.T, after.T, strict=True)
-    ])
+    gradients = np.array(
+        [_robust(known, *pair, reach) for pair in zip(before.T, after.T, strict=True)]
+    )
     sizes = np.linalg.norm(gradients, axis=1)
     unit = float(np.median(sizes))
     if not np.all(np.abs(sizes / max(unit, 1e-9) - 1) < UNEVEN):

@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Array, Float
 from scipy.spatial import cKDTree
 
-from motorspace.judge.walls import WallMap
 from motorspace._types import Count
+from motorspace.judge.walls import WallMap
 
 PER_MOMENT = 20
 """Imagined places for each remembered moment."""
@@ -29,6 +29,8 @@ SHARPNESS = 2.0
 SAME = np.array([[0.01], [0.01], [0.05]])
 """Hypotheses nearer than this are one: shares of the reach, radians."""
 HYPOTHESES = 16
+UNLIKELY = 0.01
+"""Hypotheses below this share of the likeliest one are dropped."""
 
 
 class Hypotheses(NamedTuple):
@@ -101,10 +103,12 @@ def _imagined(
     bearing, direction = random.uniform(-np.pi, np.pi, (2, num))
     distance = np.hypot(*random.normal(0.0, AROUND * walls.reach, (2, num)))
     ahead = jnp.zeros(1)
-    free = np.concatenate([
-        np.asarray(_ranges(walls, jnp.asarray(part, jnp.float32), ahead))[:, 0]
-        for part in _chunks(np.stack([x, y, bearing]))
-    ])
+    free = np.concatenate(
+        [
+            np.asarray(_ranges(walls, jnp.asarray(part, jnp.float32), ahead))[:, 0]
+            for part in _chunks(np.stack([x, y, bearing]))
+        ]
+    )
     kept = distance < free
     x, y = x + distance * np.cos(bearing), y + distance * np.sin(bearing)
     return np.stack([x, y, direction])[:, kept]
@@ -165,6 +169,5 @@ def _merged(
     # The best of each group stands for it.
     order = np.argsort(-weight, kind="stable")
     firsts[groups[order[::-1]]] = order[::-1]
-    padded = np.resize(best, HYPOTHESES)
-    share = np.where(np.arange(HYPOTHESES) < len(best), total[padded], 0.0)
-    return Hypotheses(eyes[:, firsts[padded]], share / share.sum())
+    best = best[total[best] > UNLIKELY * total[best[0]]]
+    return Hypotheses(eyes[:, firsts[best]], total[best] / total[best].sum())
