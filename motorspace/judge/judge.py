@@ -103,6 +103,10 @@ class Judge:
     """
 
     def __init__(self, calibration: Calibration, walked: Walk) -> None:
+        if not _met(calibration.body.mounting, walked.sensors[:, 0]).any():
+            raise UserError(
+                "no ray has met a wall on this walk", remedy="walk farther, or sense farther"
+            )
         eyes = calibration.body.eyes(walked)[..., 0]
         eyes = smoothed(eyes, walked.sensors[:, 0], calibration.body.mounting)
         self._remember(calibration, eyes, walked.sensors[:, 0])
@@ -115,11 +119,7 @@ class Judge:
     ) -> None:
         self.calibration, self.eyes, self.sensors = calibration, eyes, sensors
         mounting = calibration.body.mounting
-        met = sensors < SATURATED * mounting.reach
-        if not met.any():
-            raise UserError(
-                "no ray has met a wall on this walk", remedy="walk farther, or sense farther"
-            )
+        met = _met(mounting, sensors)
         self.walls = map_walls(mounting.ends(eyes, sensors)[:, met], reach=mounting.reach)
         self.places = Places(self.walls, mounting.angles, eyes)
 
@@ -235,8 +235,8 @@ def load_judge(folder: str | Path) -> Judge:
         mounting = _of(Mounting, "mounting", arrays)
         odometry = _of(Odometry, "odometry", arrays)
         body = Calibrated(
-            odometry._replace(has_gaze=bool(odometry.has_gaze)),
-            mounting._replace(reach=float(mounting.reach)),
+            odometry._replace(has_gaze=bool(odometry.has_gaze.item())),
+            mounting._replace(reach=float(mounting.reach.item())),
         )
         calibration = Calibration(body, _of(CodeBook, "codes", arrays))
         walked = [arrays[name].astype(np.float64) for name in ("eyes", "sensors")]
@@ -259,6 +259,11 @@ def _named(prefix: str, fields: Any) -> dict[str, np.ndarray]:
 
 def _of(kind: Any, prefix: str, arrays: Mapping[str, np.ndarray]) -> Any:
     return kind(**{name: arrays[f"{prefix}.{name}"] for name in kind._fields})
+
+
+def _met(mounting: Mounting, sensors: Float[np.ndarray, "S K"]) -> Bool[np.ndarray, "S K"]:
+    """Which rays have met a wall."""
+    return sensors < SATURATED * mounting.reach
 
 
 @eqx.filter_jit

@@ -33,8 +33,9 @@ def measure_judge(run: Run, *, num: int) -> Metrics:
         Mean squared errors, raw units squared: `judge.error.N` after N steps in the layout that
         the run was trained in, `judge.error` after the most; `.motors`, where displacements come
         from the commands instead of their codes; `.network`, of the run's own predictor;
-        `.persistence`, `.floor` (of 300,000 true poses, on the same transitions); `.unseen` and `.unseen_network` in another layout after 2,000 steps.
-        `.calibration_seconds` and `.seconds.N` of one core's time, `.standard_error` and `.num`.
+        `.persistence`; `.floor`, of 300,000 true poses on the same transitions; `.unseen` and
+        `.unseen_network` in another layout after 2,000 steps. `.calibration_seconds` and
+        `.seconds.N` of one core's time, `.standard_error` and `.num`.
     """
     keys = jax.random.split(jax.random.key(SCORE_SEED + run.config.training.seed), 5)
     scenario = simulated(run.config.data).scenario()
