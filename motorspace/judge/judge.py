@@ -1,19 +1,26 @@
 """The judge: what an agent will sense after sequences with these codes, where it is now."""
 
+import json
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
+from safetensors import SafetensorError
+from safetensors.numpy import load, save
 
 from motorspace._errors import UserError
+from motorspace._files import write_atomically, write_json
 from motorspace._types import Key
 from motorspace.judge.calibration import Calibrated, calibrate_on
 from motorspace.judge.codes import CodeBook, learn_codes
 from motorspace.judge.mounting import SATURATED, Mounting, find_mounting
-from motorspace.judge.odometry import distilled
+from motorspace.judge.odometry import Odometry, distilled
 from motorspace.judge.places import Hypotheses, Places
 from motorspace.judge.smoothing import smoothed
 from motorspace.judge.walks import Walk, joined, walk
@@ -30,8 +37,12 @@ FORMAT_VERSION = 1
 DESCRIPTION, ARRAYS = "judge.json", "judge.safetensors"
 OUTLIER = 0.01
 """Of the likelihood: what is off by more counts less, share of the reach."""
-CHUNK_SIZE = 4_096
-"""Pairs of a code and a hypothesis that are judged at once."""
+CHUNK_SIZE, FEW = 4_096, 256
+"""Pairs of a code and a hypothesis that are judged at once: of many, of few."""
+HIDDEN = 0.2
+"""How likely a sequence that was possible ends where a wall hides from view, relatively."""
+BEHIND, APART = 0.01, 0.002
+"""Ends that are at most this far behind a wall are put before it; shares of the reach."""
 
 
 @dataclass(frozen=True)
@@ -92,6 +103,10 @@ class Judge:
     """
 
     def __init__(self, calibration: Calibration, walked: Walk) -> None:
+        if not _met(calibration.body.mounting, walked.sensors[:, 0]).any():
+            raise UserError(
+                "no ray has met a wall on this walk", remedy="walk farther, or sense farther"
+            )
         eyes = calibration.body.eyes(walked)[..., 0]
         eyes = smoothed(eyes, walked.sensors[:, 0], calibration.body.mounting)
         self._remember(calibration, eyes, walked.sensors[:, 0])
@@ -104,11 +119,7 @@ class Judge:
     ) -> None:
         self.calibration, self.eyes, self.sensors = calibration, eyes, sensors
         mounting = calibration.body.mounting
-        met = sensors < SATURATED * mounting.reach
-        if not met.any():
-            raise UserError(
-                "no ray has met a wall on this walk", remedy="walk farther, or sense farther"
-            )
+        met = _met(mounting, sensors)
         self.walls = map_walls(mounting.ends(eyes, sensors)[:, met], reach=mounting.reach)
         self.places = Places(self.walls, mounting.angles, eyes)
 
@@ -140,8 +151,9 @@ class Judge:
             displacements: Of the sensors' frame, in the judge's frame and unit, as
                 `calibration.codes.read` and `calibration.body.odometry.displacements` give them.
         """
-        seen = self._seen(places, displacements)
-        return np.einsum("h,nhk->nk", places.weight, seen)
+        seen, weight = self._seen(places, displacements)
+        total = weight.sum(axis=1, keepdims=True)
+        return np.einsum("nh,nhk->nk", weight / total, seen)
 
     def log_likelihood(
         self,
@@ -154,35 +166,122 @@ class Judge:
         The log of a mixture over the places where the agent may be of Cauchy densities: unlike
         the mean of `predict` it does not blend what places that look alike would show.
         """
-        places = self.where(sensors)
-        seen = self._seen(places, self.calibration.codes.read(codes))
+        seen, weight = self._seen(self.where(sensors), self.calibration.codes.read(codes))
         off = (seen - np.asarray(goal)) / (OUTLIER * self.walls.reach)
-        with np.errstate(divide="ignore"):
-            each = np.log(places.weight) - np.log1p(off**2).sum(axis=-1)
+        each = np.log(weight) - np.log1p(off**2).sum(axis=-1)
         return np.asarray(np.logaddexp.reduce(each, axis=1))
 
     def _seen(
         self, places: Hypotheses, displacements: Float[np.ndarray, "3 N"]
-    ) -> Float[np.ndarray, "N H K"]:
-        """What each displacement leads to from each place."""
-        likely = places.weight > 0
-        mounting = self.calibration.body.mounting
-        moved = mounting.seen(displacements)[:, :, None]
-        starts = np.broadcast_to(places.eyes[:, None, likely], (3, moved.shape[1], likely.sum()))
-        ends = np.asarray(compose(starts, np.broadcast_to(moved, starts.shape)))
-        flat = ends.reshape(3, -1)
+    ) -> tuple[Float[np.ndarray, "N H K"], Float[np.ndarray, "N H"]]:
+        """What each displacement leads to from each place, and how likely it started there."""
+        moved = self.calibration.body.mounting.seen(displacements)[:, :, None]
+        shape = (3, moved.shape[1], len(places.weight))
+        starts = np.broadcast_to(places.eyes[:, None], shape)
+        ends = np.asarray(compose(starts, np.broadcast_to(moved, shape)))
+        seen, hidden = self._views(starts.reshape(3, -1), ends.reshape(3, -1))
+        weight = places.weight * np.where(hidden.reshape(shape[1:]), HIDDEN, 1.0)
+        return seen.reshape(*shape[1:], -1), weight
+
+    def _views(
+        self, starts: Float[np.ndarray, "3 P"], ends: Float[np.ndarray, "3 P"]
+    ) -> tuple[Float[np.ndarray, "P K"], np.ndarray]:
+        num = starts.shape[1]
         # Chunks of one size share one compiled program.
-        size = CHUNK_SIZE if flat.shape[1] > 256 else 256
-        padded = np.pad(flat, ((0, 0), (0, -flat.shape[1] % size)), mode="edge")
-        angles = jnp.asarray(mounting.angles, jnp.float32)
-        chunks = np.split(padded, padded.shape[1] // size, axis=1)
-        seen = [_ranges(self.walls, jnp.asarray(c, jnp.float32), angles) for c in chunks]
-        ranges = np.concatenate([np.asarray(part) for part in seen])[: flat.shape[1]]
-        found = np.zeros((*ends.shape[1:2], len(likely), ranges.shape[-1]))
-        found[:, likely] = ranges.reshape(*ends.shape[1:], -1)
-        return found
+        size = CHUNK_SIZE if num > FEW else FEW
+        pairs = np.pad(np.stack([starts, ends]), ((0, 0), (0, 0), (0, -num % size)), mode="edge")
+        angles = jnp.asarray(self.calibration.body.mounting.angles, jnp.float32)
+        chunks = np.split(pairs.astype(np.float32), pairs.shape[-1] // size, axis=-1)
+        viewed = [_view(self.walls, *jnp.asarray(chunk), angles) for chunk in chunks]
+        seen, hidden = (
+            np.concatenate([np.asarray(v) for v in part]) for part in zip(*viewed, strict=True)
+        )
+        return seen[:num].astype(np.float64), hidden[:num]
+
+    def save(self, folder: str | Path) -> None:
+        """Write the calibration and the remembered walk into a folder: safetensors and JSON."""
+        body, codes = self.calibration.body, self.calibration.codes
+        arrays = {
+            **_named("odometry", body.odometry),
+            **_named("mounting", body.mounting),
+            **_named("codes", codes),
+            "eyes": self.eyes.astype(np.float32),
+            "sensors": self.sensors.astype(np.float32),
+        }
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        stored = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
+        write_atomically(folder / ARRAYS, save(stored))
+        write_json(folder / DESCRIPTION, {"format_version": FORMAT_VERSION})
+
+
+def load_judge(folder: str | Path) -> Judge:
+    """The judge that `Judge.save` has written into a folder.
+
+    Raises:
+        UserError: Where there is none, or its files are damaged.
+    """
+    folder = Path(folder)
+    try:
+        version = json.loads((folder / DESCRIPTION).read_bytes())["format_version"]
+        arrays = load((folder / ARRAYS).read_bytes())
+        if version != FORMAT_VERSION:
+            raise UserError(
+                f"the judge is of format version {version!r}, and this program reads version "
+                f"{FORMAT_VERSION}",
+                where=folder,
+                remedy="update motorspace",
+            )
+        mounting = _of(Mounting, "mounting", arrays)
+        odometry = _of(Odometry, "odometry", arrays)
+        body = Calibrated(
+            odometry._replace(has_gaze=bool(odometry.has_gaze.item())),
+            mounting._replace(reach=float(mounting.reach.item())),
+        )
+        calibration = Calibration(body, _of(CodeBook, "codes", arrays))
+        walked = [arrays[name].astype(np.float64) for name in ("eyes", "sensors")]
+    except FileNotFoundError:
+        raise UserError(
+            "there is no judge here", where=folder, remedy="give a folder that a judge was saved to"
+        ) from None
+    except (OSError, ValueError, KeyError, TypeError, SafetensorError):
+        raise UserError(
+            "the judge cannot be read", where=folder, remedy="calibrate it anew"
+        ) from None
+    judge = Judge.__new__(Judge)
+    judge._remember(calibration, *walked)
+    return judge
+
+
+def _named(prefix: str, fields: Any) -> dict[str, np.ndarray]:
+    return {f"{prefix}.{name}": np.asarray(value) for name, value in fields._asdict().items()}
+
+
+def _of(kind: Any, prefix: str, arrays: Mapping[str, np.ndarray]) -> Any:
+    return kind(**{name: arrays[f"{prefix}.{name}"] for name in kind._fields})
+
+
+def _met(mounting: Mounting, sensors: Float[np.ndarray, "S K"]) -> Bool[np.ndarray, "S K"]:
+    """Which rays have met a wall."""
+    return sensors < SATURATED * mounting.reach
 
 
 @eqx.filter_jit
-def _ranges(walls: WallMap, eyes: Array, angles: Array) -> Array:
-    return walls.ranges(eyes, angles)
+def _view(
+    walls: WallMap, starts: Float[Array, "3 P"], ends: Float[Array, "3 P"], angles: Array
+) -> tuple[Float[Array, "P K"], Bool[Array, " P"]]:
+    """What is seen at the ends, and whether a wall hides them from where the agent starts.
+
+    An end that lies just behind a wall cannot be right: it is taken to be just before it.
+    """
+    x, y, _ = starts
+    dx, dy = ends[0] - x, ends[1] - y
+    bearing, distance = jnp.arctan2(dy, dx), jnp.hypot(dx, dy)
+    free = walls.ranges(jnp.stack([x, y, bearing]), jnp.zeros(1))[:, 0]
+    behind = distance - free
+    hidden = behind > BEHIND * walls.reach
+    before = jnp.maximum(free - APART * walls.reach, 0.0) / jnp.maximum(distance, 1e-6)
+    share = jnp.where((behind > -APART * walls.reach) & ~hidden, before, 1.0)
+    share = jnp.minimum(share, 1.0)
+    seen = walls.ranges(jnp.stack([x + share * dx, y + share * dy, ends[2]]), angles)
+    return seen, hidden

@@ -84,9 +84,10 @@ def find_mounting(
         [_robust(known, *pair, reach) for pair in zip(before.T, after.T, strict=True)]
     )
     sizes = np.linalg.norm(gradients, axis=1)
-    unit = float(np.median(sizes))
-    if not np.all(np.abs(sizes / max(unit, 1e-9) - 1) < UNEVEN):
-        odd = ", ".join(str(n) for n in np.flatnonzero(~(np.abs(sizes / unit - 1) < UNEVEN)))
+    unit = max(float(np.median(sizes)), 1e-9)
+    uneven = ~(np.abs(sizes / unit - 1) < UNEVEN)
+    if uneven.any():
+        odd = ", ".join(str(ray) for ray in np.flatnonzero(uneven))
         raise UserError(
             f"the readings {odd} do not shorten as distances do when the agent approaches a wall",
             remedy="use the sensor range_fan without the head's angle, and a run that is trained",
