@@ -15,7 +15,9 @@ from motorspace.worlds.agents import ForwardAgent
 
 HORIZON = 3
 AGENT = ForwardAgent(max_rotation=1.0)
-CONFIG = ControlConfig(updates=40, batch_size=32, width_size=32, depth=2, noise_size=2, bank=256)
+CONFIG = ControlConfig(
+    updates=40, batch_size=32, width_size=32, depth=2, noise_size=2, bank=256, restarts=1
+)
 
 
 class Exact(AbstractMotorEncoder):

@@ -28,6 +28,7 @@ from motorspace.control.goals import CodeGoal, DisplacementGoal, SensorGoal
 from motorspace.control.learning import (
     RANDOM_SPREAD,
     Task,
+    _decoder_from,
     decoding_loss,
     learn_decoder,
     learn_remainder,
@@ -124,6 +125,18 @@ def test_learning_to_decode_needs_no_label_and_helps(controller):
         for method in ("amortised", "hybrid")
     ]
     assert 0.5 < rates[0] < rates[1] and rates[1] > 0.9
+
+
+def test_of_several_decoders_the_best_is_learned(controller, monkeypatch):
+    """Losses as if the second initial weights of three were the best."""
+    task = Task(controller.model, controller.commands, controller.whitening, exact.HORIZON)
+    config, key = dataclasses.replace(exact.CONFIG, updates=2, restarts=3), jax.random.key(4)
+    losses = iter([0.3, 0.1, 0.2, 0.05])
+    monkeypatch.setattr("motorspace.control.learning._loss_of", lambda *_: next(losses))
+    found = learn_decoder(task, config, key=key)
+    second = _decoder_from(task, config, key=jax.random.split(key, 3)[1])
+    for a, b in zip(jax.tree.leaves(found), jax.tree.leaves(second), strict=True):
+        np.testing.assert_array_equal(a, b)
 
 
 def test_answers_that_are_alike_cost_as_much_as_was_asked_for(controller):

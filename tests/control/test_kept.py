@@ -18,7 +18,9 @@ from motorspace.training.run import Run, train
 from motorspace.training.settings import changed
 from tests.tiny import TINY
 
-SMALL = ControlConfig(updates=3, batch_size=8, width_size=8, depth=1, noise_size=2, bank=32)
+SMALL = ControlConfig(
+    updates=3, batch_size=8, width_size=8, depth=1, noise_size=2, bank=32, restarts=1
+)
 CONFIGURED = changed(
     TINY, {"encoder": "matrix_product", "code_size": 6, "epochs": 2, "layout": "empty"}
 )
