@@ -17,7 +17,7 @@ PER_MOMENT = 20
 AROUND = 0.05
 """Standard deviation of their distance from it, share of the reach."""
 CHUNK_SIZE = 20_000
-NEIGHBOURS = 100
+NEIGHBOURS = 200
 """Imagined places that sense most like the readings; these are corrected and weighed."""
 CORRECTIONS = 5
 DIFFERENCE = 2e-3
@@ -138,7 +138,7 @@ def _corrected(
     def correct(_: Count, now: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
         eyes, damping, here = now
         aside = [off(eyes + step[:, None, None]) for step in jnp.diag(scale)]
-        slopes = (jnp.stack(aside, axis=-2) - here[..., None, :]) / scale[:, None]
+        slopes = (jnp.stack(aside, axis=-2) - here[..., None, :]) / scale[None, None, :, None]
         weighted = slopes / (1 + here[..., None, :] ** 2)
         normal = jnp.einsum("nkis,nkjs->nkij", weighted, slopes)
         size = jnp.trace(normal, axis1=-2, axis2=-1) + 1e-3

@@ -67,8 +67,9 @@ def smoothed(
                 step = _step(first, sensors[:stop], mounting, level, sides)
                 first = _moved(first, step, level.length)
         # What follows goes on from where the walk is now known to have come.
-        onward = relative(eyes[:, stop - 1 : stop], eyes[:, stop:])
-        eyes = np.concatenate([first, compose(first[:, -1:], onward)], axis=1)
+        later = eyes[:, stop:]
+        was, now = (np.broadcast_to(e[:, stop - 1, None], later.shape) for e in (eyes, first))
+        eyes = np.concatenate([first, compose(now, relative(was, later))], axis=1)
         if stop == num:
             return eyes
         stop = min(round(GROWTH * stop), num)

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from motorspace._errors import UserError
-from motorspace._types import Key, Keys, Motor, Pose
+from motorspace._types import Key, Motor, Pose
 from motorspace.worlds.checks import whole
 from motorspace.worlds.scenario import Scenario
 from motorspace.worlds.spaces import ContinuousCommands
@@ -115,7 +115,7 @@ def _walk(
         calm = jnp.where(translating[:, None] & kept[None], last, calm)
         return tried.at[..., 0].set(calm)
 
-    def advance(carry: tuple[Pose, Motor], key: Keys) -> tuple[tuple[Pose, Motor], tuple]:
+    def advance(carry: tuple[Pose, Motor], key: Key) -> tuple[tuple[Pose, Motor], tuple]:
         pose, last = carry
         tried = proposals(last, key)
         shape = (num_walks, TRIES)

@@ -129,8 +129,8 @@ def test_calibration_mends_odometry_and_rays(walked):
     rays = true_mounting()
     bent = rays._replace(angles=rays.angles + 0.05 * np.sin(np.arange(9)))
     wrong = calibration.Calibrated(true_odometry(turn=1.02), bent)
-    levels = calibration.LEVELS[:2]
-    mended = calibration.calibrate_on(walked, wrong, levels)
+    level = calibration.Level(12, 300, 0.1, (0.04, 0.03, 0.02, 0.01, 0.01, 0.005))
+    mended = calibration.calibrate_on(walked, wrong, (level,))
     commands = np.stack([np.linspace(-1.2, 1.2, 20), np.full(20, 0.5)], axis=-1)
     off = [
         np.abs(body.odometry.steps(commands)[2] - commands[:, 0]).mean() for body in (wrong, mended)
