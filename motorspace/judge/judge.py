@@ -1,31 +1,24 @@
 """The judge: what an agent will sense after sequences with these codes, where it is now."""
 
-import json
-from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
-from safetensors import SafetensorError
-from safetensors.numpy import load, save
 
 from motorspace._errors import UserError
-from motorspace._files import write_atomically, write_json
 from motorspace._types import Key
 from motorspace.judge.calibration import Calibrated, calibrate_on
 from motorspace.judge.codes import CodeBook, learn_codes
 from motorspace.judge.mounting import SATURATED, Mounting, find_mounting
-from motorspace.judge.odometry import Odometry, distilled
+from motorspace.judge.odometry import distilled
 from motorspace.judge.places import Hypotheses, Places
 from motorspace.judge.smoothing import smoothed
 from motorspace.judge.walks import Walk, joined, walk
 from motorspace.judge.walls import WallMap, map_walls
-from motorspace.se2 import compose
+from motorspace.se2 import compose, relative
 from motorspace.training.data import simulated
 from motorspace.training.run import Run
 
@@ -33,8 +26,6 @@ NUM_WALKS, NUM_STEPS = 8, 3_000
 """Walks of each kind that a body is calibrated on."""
 NUM_EXPLORED = 15_000
 """Steps of the walk that a layout is learned from."""
-FORMAT_VERSION = 1
-DESCRIPTION, ARRAYS = "judge.json", "judge.safetensors"
 OUTLIER = 0.01
 """Of the likelihood: what is off by more counts less, share of the reach."""
 CHUNK_SIZE, FEW = 4_096, 256
@@ -111,6 +102,18 @@ class Judge:
         eyes = smoothed(eyes, walked.sensors[:, 0], calibration.body.mounting)
         self._remember(calibration, eyes, walked.sensors[:, 0])
 
+    @classmethod
+    def remembering(
+        cls,
+        calibration: Calibration,
+        eyes: Float[np.ndarray, "3 S"],
+        sensors: Float[np.ndarray, "S K"],
+    ) -> "Judge":
+        """The judge that knows what was sensed where: `eyes` are where the rays began."""
+        judge = cls.__new__(cls)
+        judge._remember(calibration, eyes, sensors)
+        return judge
+
     def _remember(
         self,
         calibration: Calibration,
@@ -171,6 +174,23 @@ class Judge:
         each = np.log(weight) - np.log1p(off**2).sum(axis=-1)
         return np.asarray(np.logaddexp.reduce(each, axis=1))
 
+    def ways(
+        self, sensors: Float[np.ndarray, " K"], goal: Float[np.ndarray, " K"]
+    ) -> tuple[Float[np.ndarray, "3 P"], Float[np.ndarray, " P"]]:
+        """The displacements that may lead from where this is sensed to where the goal is.
+
+        Returns:
+            For each pair of places that sense the two: the displacement of the sensors' frame
+            (x, y, angle; the judge's frame and unit), and how likely the pair is. Which of them
+            commands can reach, the judge does not know.
+        """
+        rows = np.stack([np.asarray(sensors, np.float64), np.asarray(goal, np.float64)])
+        here, there = self.places.where(rows)
+        starts = np.repeat(here.eyes, len(there.weight), axis=1)
+        seen = relative(starts, np.tile(there.eyes, len(here.weight)))
+        weight = np.outer(here.weight, there.weight).reshape(-1)
+        return self.calibration.body.mounting.unseen(seen), weight
+
     def _seen(
         self, places: Hypotheses, displacements: Float[np.ndarray, "3 N"]
     ) -> tuple[Float[np.ndarray, "N H K"], Float[np.ndarray, "N H"]]:
@@ -197,68 +217,6 @@ class Judge:
             np.concatenate([np.asarray(v) for v in part]) for part in zip(*viewed, strict=True)
         )
         return seen[:num].astype(np.float64), hidden[:num]
-
-    def save(self, folder: str | Path) -> None:
-        """Write the calibration and the remembered walk into a folder: safetensors and JSON."""
-        body, codes = self.calibration.body, self.calibration.codes
-        arrays = {
-            **_named("odometry", body.odometry),
-            **_named("mounting", body.mounting),
-            **_named("codes", codes),
-            "eyes": self.eyes.astype(np.float32),
-            "sensors": self.sensors.astype(np.float32),
-        }
-        folder = Path(folder)
-        folder.mkdir(parents=True, exist_ok=True)
-        stored = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
-        write_atomically(folder / ARRAYS, save(stored))
-        write_json(folder / DESCRIPTION, {"format_version": FORMAT_VERSION})
-
-
-def load_judge(folder: str | Path) -> Judge:
-    """The judge that `Judge.save` has written into a folder.
-
-    Raises:
-        UserError: Where there is none, or its files are damaged.
-    """
-    folder = Path(folder)
-    try:
-        version = json.loads((folder / DESCRIPTION).read_bytes())["format_version"]
-        arrays = load((folder / ARRAYS).read_bytes())
-        if version != FORMAT_VERSION:
-            raise UserError(
-                f"the judge is of format version {version!r}, and this program reads version "
-                f"{FORMAT_VERSION}",
-                where=folder,
-                remedy="update motorspace",
-            )
-        mounting = _of(Mounting, "mounting", arrays)
-        odometry = _of(Odometry, "odometry", arrays)
-        body = Calibrated(
-            odometry._replace(has_gaze=bool(odometry.has_gaze.item())),
-            mounting._replace(reach=float(mounting.reach.item())),
-        )
-        calibration = Calibration(body, _of(CodeBook, "codes", arrays))
-        walked = [arrays[name].astype(np.float64) for name in ("eyes", "sensors")]
-    except FileNotFoundError:
-        raise UserError(
-            "there is no judge here", where=folder, remedy="give a folder that a judge was saved to"
-        ) from None
-    except (OSError, ValueError, KeyError, TypeError, SafetensorError):
-        raise UserError(
-            "the judge cannot be read", where=folder, remedy="calibrate it anew"
-        ) from None
-    judge = Judge.__new__(Judge)
-    judge._remember(calibration, *walked)
-    return judge
-
-
-def _named(prefix: str, fields: Any) -> dict[str, np.ndarray]:
-    return {f"{prefix}.{name}": np.asarray(value) for name, value in fields._asdict().items()}
-
-
-def _of(kind: Any, prefix: str, arrays: Mapping[str, np.ndarray]) -> Any:
-    return kind(**{name: arrays[f"{prefix}.{name}"] for name in kind._fields})
 
 
 def _met(mounting: Mounting, sensors: Float[np.ndarray, "S K"]) -> Bool[np.ndarray, "S K"]:

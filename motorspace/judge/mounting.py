@@ -43,6 +43,11 @@ class Mounting(NamedTuple):
         offset = self._offset(displacements)
         return np.asarray(compose(compose(inverse(offset), displacements), offset))
 
+    def unseen(self, displacements: Frame) -> Float[np.ndarray, "3 *batch"]:
+        """How the frame of the sensors is displaced where the rays' origin is."""
+        offset = self._offset(displacements)
+        return np.asarray(compose(compose(offset, displacements), inverse(offset)))
+
     def ends(
         self, eyes: Frame, sensors: Float[np.ndarray, "*batch K"]
     ) -> Float[np.ndarray, "2 *batch K"]:

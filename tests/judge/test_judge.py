@@ -11,7 +11,8 @@ import pytest
 from motorspace import se2
 from motorspace._errors import UserError
 from motorspace.judge import calibration, codes, lines, mounting, odometry, places, smoothing, walls
-from motorspace.judge.judge import ARRAYS, DESCRIPTION, Calibration, Judge, load_judge
+from motorspace.judge.judge import Calibration, Judge
+from motorspace.judge.store import ARRAYS, DESCRIPTION, load_judge, save_judge
 from motorspace.judge.walks import Walk, joined, walk
 from motorspace.worlds.agents import ForwardAgent, HolonomicAgent, LatticeAgent
 from motorspace.worlds.scenario import Scenario
@@ -129,8 +130,8 @@ def test_calibration_mends_odometry_and_rays(walked):
     rays = true_mounting()
     bent = rays._replace(angles=rays.angles + 0.05 * np.sin(np.arange(9)))
     wrong = calibration.Calibrated(true_odometry(turn=1.02), bent)
-    levels = calibration.LEVELS[:2]
-    mended = calibration.calibrate_on(walked, wrong, levels)
+    level = calibration.Level(12, 300, 0.1, (0.04, 0.03, 0.02, 0.01, 0.01, 0.005))
+    mended = calibration.calibrate_on(walked, wrong, (level,))
     commands = np.stack([np.linspace(-1.2, 1.2, 20), np.full(20, 0.5)], axis=-1)
     off = [
         np.abs(body.odometry.steps(commands)[2] - commands[:, 0]).mean() for body in (wrong, mended)
@@ -206,8 +207,22 @@ def test_the_likeliest_code_is_the_one_that_leads_there(judge):
     assert scores.shape == (20,) and int(np.argmax(scores)) == 5
 
 
+def test_the_way_to_what_it_senses_elsewhere_is_found(judge):
+    displacements, weight = judge.ways(judge.sensors[100], judge.sensors[106])
+    true = se2.relative(judge.eyes[:, 100], judge.eyes[:, 106])
+    assert weight.sum() == pytest.approx(1.0)
+    assert np.abs(displacements[:, np.argmax(weight)] - true).max() < 0.1
+
+
+def test_the_origin_of_rays_moves_differently_from_the_body():
+    aside = true_mounting()._replace(origin=np.array([0.5, 0.0]))
+    turned = np.array([[0.0], [0.0], [np.pi]])
+    assert np.allclose(aside.seen(turned)[:2, 0], [-1.0, 0.0])
+    assert np.allclose(aside.unseen(aside.seen(turned)), turned)
+
+
 def test_a_saved_judge_is_the_same(judge, tmp_path):
-    judge.save(tmp_path)
+    save_judge(judge, tmp_path)
     codes_given = np.array([[1.0, 0.0, 1.0, 0.0], [0.0, 0.5, 0.0, 1.0]])
     first = judge.predict(judge.sensors[5], codes_given)
     assert np.allclose(load_judge(tmp_path).predict(judge.sensors[5], codes_given), first, atol=0.1)
@@ -216,11 +231,11 @@ def test_a_saved_judge_is_the_same(judge, tmp_path):
 def test_broken_folders_are_refused(judge, tmp_path):
     with pytest.raises(UserError, match="no judge here"):
         load_judge(tmp_path)
-    judge.save(tmp_path)
+    save_judge(judge, tmp_path)
     (tmp_path / ARRAYS).write_bytes(b"damaged")
     with pytest.raises(UserError, match="cannot be read"):
         load_judge(tmp_path)
-    judge.save(tmp_path)
+    save_judge(judge, tmp_path)
     (tmp_path / DESCRIPTION).write_text(json.dumps({"format_version": 9}))
     with pytest.raises(UserError, match="version 9"):
         load_judge(tmp_path)
