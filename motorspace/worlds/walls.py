@@ -53,7 +53,7 @@ def least_gap(
             place,
             lambda least: reach,
         )
-    frames = wall_frame(jnp.moveaxis(walls, 0, -1))
+    frames = wall_frame(jnp.moveaxis(walls, 0, 2))
     nothing_near = jnp.full(place[0].shape, jnp.inf)
     return over_walls(lambda least, wall: jnp.minimum(least, gap(wall)), nothing_near, frames)
 

@@ -89,7 +89,7 @@ class WalledWorld(AbstractWorld):
     """
 
     walls: Walls = eqx.field(converter=_float32)
-    solids: Float[Array, "E 2 2"] = eqx.field(converter=_float32)
+    solids: Walls = eqx.field(converter=_float32)
     bounds: tuple[float, float, float, float]
     tiles: Tiles | None = None
 
