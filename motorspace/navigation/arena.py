@@ -1,6 +1,6 @@
 """Many agents on their way to goals in many worlds, as one compiled step."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -98,6 +98,10 @@ class Arena(eqx.Module):
         """What each agent observes now, agents in rows."""
         return to_rows(state.observation)
 
+    def motors(self, action: Float[Array, "A N"]) -> Motor:
+        """The commands at actions in [-1, 1]."""
+        return self.setting.commands.from_unit(action)
+
     def begin(self, *, key: Key) -> State:
         """Every agent at the start of a random one of its problems."""
         rows = jax.random.randint(key, (self.num_agents,), 0, self.num_problems, jnp.int32)
@@ -135,7 +139,12 @@ class Arena(eqx.Module):
         steps = state.steps + 1
         acting = steps >= problem.num_wander
         moment = Moment(
-            self.scenario.sense(pose), motor, blocked & self.rules.sense_blocked, pose, acting, problem
+            self.scenario.sense(pose),
+            motor,
+            blocked & self.rules.sense_blocked,
+            pose,
+            acting,
+            problem,
         )
         memory = self.observer.update(state.memory, moment)
         seen, reward, reached = self.task.score(self.scenario, state.seen, pose, problem)
@@ -158,12 +167,9 @@ class Arena(eqx.Module):
         )
         return after, Outcome(reward, terminated, truncated, acted, blocked)
 
-    def step(
-        self, state: State, action: Float[Array, "N A"], *, key: Key
-    ) -> tuple[State, Step]:
+    def step(self, state: State, action: Float[Array, "N A"], *, key: Key) -> tuple[State, Step]:
         """`advance` for a learner: agents in rows, who has ended begins anew."""
-        motor = self.scenario.commands.from_unit(to_agents_last(action))
-        after, outcome = self.advance(state, motor)
+        after, outcome = self.advance(state, self.motors(to_agents_last(action)))
         then = self.anew(after, outcome.terminated | outcome.truncated, key=key)
         return then, Step(
             to_rows(after.observation),
@@ -187,10 +193,8 @@ class Arena(eqx.Module):
         if not self._shaped:
             return jnp.zeros_like(pose.x)
         goal = problem.goal.x, problem.goal.y
-        walls: Any = self.scenario.world
-        way = way_length(
-            walls.walls, self.setting.corners, problem.to_goal, goal, (pose.x, pose.y)
-        )
+        place, setting = (pose.x, pose.y), self.setting
+        way = way_length(setting.walls, setting.corners, problem.to_goal, goal, place)
         return jnp.where(terminated, 0.0, -SHAPING * jnp.where(acting, way, problem.distance))
 
 

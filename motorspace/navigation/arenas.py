@@ -75,18 +75,16 @@ def observer_of(
         model = codes.trained if name == "code" else codes.untrained
         return chained_code(model, scenario.agent, task, key=key)
 
-    momentary = {
+    momentary: dict[str, AbstractPart] = {
         "ranges": Ranges(scenario.space),
         "bump": Bump(),
         "command": LastCommand(scenario.commands),
     }
     stacked = tuple(momentary[name] for name in config.observe if name in momentary)
-    others = {"stack": lambda: Stack(stacked), "displacement": TrueDisplacement}
+    known = momentary | {"stack": Stack(stacked), "displacement": TrueDisplacement()}
 
     def part(name: str) -> AbstractPart:
-        if name in momentary:
-            return momentary[name]
-        return others[name]() if name in others else code(name)
+        return known[name] if name in known else code(name)
 
     return Observer((*map(part, config.observe), Given(task)))
 

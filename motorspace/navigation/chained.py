@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from motorspace._errors import UserError
-from motorspace._types import Flags, Key, Motor, Motors, Pose
+from motorspace._types import Flags, Key, Motor, Pose
 from motorspace.models.model import Model
 from motorspace.navigation.observations import AbstractPart, Memory, Moment, Rows
 from motorspace.navigation.tasks import AbstractNavigation, body
@@ -103,7 +103,10 @@ def fitted_probe(
 
     def advance(now: tuple[Pose, Matrices], motor: Motor) -> tuple[tuple[Pose, Matrices], None]:
         pose, product = now
-        return (agent.move(pose, motor)[-1], multiplied(product, command_matrices(model, motor))), None
+        return (
+            agent.move(pose, motor)[-1],
+            multiplied(product, command_matrices(model, motor)),
+        ), None
 
     unit = jnp.eye(len(command_matrices(model, motors[0])))
     first = (start, jnp.broadcast_to(unit[..., None], (*unit.shape, num)))
@@ -150,7 +153,7 @@ def inverted(matrices: Matrices) -> Matrices:
     if len(matrices) != 3:
         return jnp.moveaxis(jnp.linalg.inv(jnp.moveaxis(matrices, -1, 0)), 0, -1)
     (a, b, x), (c, d, y), last = matrices
-    scale = 1 / (a * d - b * c)
+    scale = 1 / (a * d - b * c)[None]
     first = jnp.stack([d, -b, b * y - d * x]) * scale
     second = jnp.stack([-c, a, c * x - a * y]) * scale
     return jnp.stack([first, second, last])

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any, Literal, get_args
+from typing import Any
 
 from motorspace._errors import UserError
 from motorspace._kinds import Part
@@ -10,9 +10,10 @@ from motorspace.navigation.levels import level_of
 from motorspace.worlds.catalog import AGENTS, SENSORS
 from motorspace.worlds.checks import flag, one_of, positive, whole, within
 
-TaskName = Literal["home", "displacement_goal", "sensor_goal", "explore"]
-PartName = Literal["ranges", "bump", "command", "stack", "code", "untrained_code", "displacement"]
-Reward = Literal["sparse", "shaped"]
+TASKS = ("home", "displacement_goal", "sensor_goal", "explore")
+REWARDS = ("sparse", "shaped")
+PARTS = ("ranges", "bump", "command", "stack", "code", "untrained_code", "displacement")
+"""What can be observed."""
 
 CODES = ("code", "untrained_code")
 """Parts of an observation that need a run."""
@@ -84,19 +85,19 @@ class PolicyConfig:
 class NavigationConfig:
     """A task, and how a policy for it is learned."""
 
-    task: TaskName = "home"
+    task: str = "home"
     """What is to be done."""
-    agent: Part = Part("forward")
+    agent: Part = field(default=Part("forward"))
     """The body."""
-    sensor: Part = Part("range_fan")
+    sensor: Part = field(default=Part("range_fan"))
     """What it senses with."""
-    observe: tuple[PartName, ...] = ("ranges", "bump", "command")
+    observe: tuple[str, ...] = ("ranges", "bump", "command")
     """What it observes: ranges, bump, command (the last one), stack (the four moments before),
     code (the goal seen from here, by a run's chained codes), untrained_code, displacement (where
     the goal truly is)."""
     level: int = 2
     """How far goals are, and how many walls there are: 1 to 3."""
-    reward: Reward = "sparse"
+    reward: str = "sparse"
     """sparse: 1 at the goal; shaped: also for each step that leads nearer to it."""
     sense_blocked: bool = True
     """Whether the agent senses that a wall took a translation away."""
@@ -112,8 +113,11 @@ class NavigationConfig:
     """The learner."""
 
     def __post_init__(self) -> None:
-        one_of("task", self.task, get_args(TaskName))
-        one_of("reward", self.reward, get_args(Reward))
+        for name, registry in (("agent", AGENTS), ("sensor", SENSORS)):
+            part = getattr(self, name)
+            object.__setattr__(self, name, registry.part(part.kind, dict(part.options)))
+        one_of("task", self.task, TASKS)
+        one_of("reward", self.reward, REWARDS)
         level_of(self.level)
         flag("sense_blocked", self.sense_blocked)
         for name in ("num_layouts", "steps"):
@@ -145,9 +149,6 @@ class NavigationConfig:
         """The same as JSON-able data."""
         written = asdict(self) | {"observe": list(self.observe)}
         return written | {"agent": self.agent.as_json(), "sensor": self.sensor.as_json()}
-
-
-PARTS: tuple[str, ...] = get_args(PartName)
 
 
 def navigation_from_json(value: Mapping[str, Any], *, where: object) -> NavigationConfig:

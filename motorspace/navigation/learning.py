@@ -10,13 +10,11 @@ from jaxtyping import Array, Float
 
 from motorspace._errors import UserError
 from motorspace._types import Key
-from motorspace.navigation.arena import Arena
+from motorspace.navigation.arena import Arena, State
 from motorspace.navigation.arenas import Codes, Size, arena_of
 from motorspace.navigation.config import NavigationConfig
 from motorspace.navigation.policies import Policy
 from motorspace.navigation.ppo import UpdateRecord, improve, optimiser, start
-from motorspace.navigation.problems import CANDIDATES
-from motorspace.worlds.spaces import ContinuousCommands
 
 PROBLEMS = 64
 """Problems for each agent to learn from."""
@@ -81,7 +79,7 @@ def random_observations(arena: Arena, *, key: Key) -> Float[Array, "S O"]:
     """What agents observe while they execute random commands, agents and moments in rows."""
     begin_key, *keys = jax.random.split(key, SETTLING + 1)
 
-    def step(state: object, key: Key) -> tuple[object, Float[Array, "N O"]]:
+    def step(state: State, key: Key) -> tuple[State, Float[Array, "N O"]]:
         action_key, step_key = jax.random.split(key)
         shape = (arena.num_agents, arena.action_size)
         action = jax.random.uniform(action_key, shape, jnp.float32, -1.0, 1.0)

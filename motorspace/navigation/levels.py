@@ -27,14 +27,14 @@ class Level:
     """The smallest side of a room; the whole is 40 units wide."""
     max_steps: int
     """Commands until an episode is truncated."""
-    wander: tuple[int, int] = (8, 16)
+    wander: tuple[int, int]
     """Fewest and most random commands of one who must find home."""
 
 
 LEVELS = {
-    1: Level(2.0, 5.0, min_room=16.0, max_steps=40),
-    2: Level(2.0, 8.0, min_room=8.0, max_steps=60),
-    3: Level(6.0, 16.0, min_room=6.5, max_steps=120, wander=(16, 32)),
+    1: Level(2.0, 5.0, min_room=16.0, max_steps=40, wander=(8, 16)),
+    2: Level(2.0, 8.0, min_room=8.0, max_steps=50, wander=(12, 32)),
+    3: Level(6.0, 16.0, min_room=6.5, max_steps=100, wander=(32, 64)),
 }
 
 

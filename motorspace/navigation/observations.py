@@ -4,7 +4,6 @@ A part may remember: it is updated at every command, for all agents at once (las
 """
 
 import abc
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -16,7 +15,6 @@ from motorspace._types import Flags, Motor, Pose, Sensors
 from motorspace.navigation.problems import Problem
 from motorspace.navigation.tasks import AbstractNavigation, body
 from motorspace.se2 import relative
-from motorspace.worlds.scenario import Scenario
 from motorspace.worlds.spaces import CommandSpace, SensorSpace
 
 Rows = Float[Array, "F N"]

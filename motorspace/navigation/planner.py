@@ -66,9 +66,7 @@ def _walled(worlds: Sequence[AbstractWorld]) -> list[WalledWorld]:
 
 
 @jax.jit
-def _connected(
-    world: WalledWorld, x: Float[Array, "V W"], y: Float[Array, "V W"]
-) -> Corners:
+def _connected(world: WalledWorld, x: Float[Array, "V W"], y: Float[Array, "V W"]) -> Corners:
     """Floyd and Warshall's shortest ways over the lines of sight; NaN stands for no point."""
     each = jax.tree.map(lambda leaf: leaf[..., None, :], world)
     nowhere = jnp.isnan(x) | ~each.free(_poses(x, y))

@@ -4,7 +4,7 @@ Episodes that end because time is up are not taken for ones that reached an end:
 come is added as the value of their last observation (Pardo et al., 2018).
 """
 
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import equinox as eqx
 import jax
@@ -38,6 +38,7 @@ class Step(NamedTuple):
     """Whether the action was carried out; others are not learned from."""
 
 
+@runtime_checkable
 class Environment(Protocol):
     """N environments that begin anew by themselves."""
 

@@ -1,20 +1,24 @@
 """Problems: where an agent begins, where it is to go, and that there is a way of fitting length."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from motorspace._errors import UserError
-from motorspace._types import Key, Keys, Motors, Pose, Sensors
+from motorspace._types import Key, Keys, Motors, Pose, Walls
 from motorspace.navigation.levels import Level
-from motorspace.navigation.planner import Corners, way_length, ways_to
+from motorspace.navigation.planner import Corners, in_sight, way_length, ways_to
 from motorspace.worlds.scenario import Scenario
 from motorspace.worlds.simulation import select
+from motorspace.worlds.spaces import ContinuousCommands
+from motorspace.worlds.world import AbstractWorld
 
 CANDIDATES = 4
-"""So many problems are proposed for each that is wanted."""
+"""So many problems are proposed for each that is wanted, and `MORE` besides."""
+
+MORE = 64
 
 
 class Problem(NamedTuple):
@@ -24,6 +28,8 @@ class Problem(NamedTuple):
     goal: Pose
     distance: Float[Array, "*P N"]
     """The shortest way to the goal from where the agent begins to act, world units."""
+    around: Bool[Array, "*P N"]
+    """Whether that way leads around a wall."""
     to_goal: Float[Array, "*P V N"]
     """The shortest way to the goal from every corner of its world."""
     readings: Float[Array, "*P K N"]
@@ -44,6 +50,24 @@ class Setting(NamedTuple):
     corners: Corners
     """Where ways bend in each agent's world."""
 
+    @property
+    def walls(self) -> Walls:
+        """The walls of each agent's world."""
+        world: Any = self.scenario.world
+        return world.walls
+
+    @property
+    def commands(self) -> ContinuousCommands:
+        """The commands of the agents. Raises `UserError` for those that are numbers."""
+        commands = self.scenario.commands
+        if not isinstance(commands, ContinuousCommands):
+            raise UserError(
+                f"a {type(self.scenario.agent).__name__} moves from node to node, and goals are"
+                " places among walls",
+                remedy="choose the agent forward or holonomic",
+            )
+        return commands
+
 
 def sample_problems(
     setting: Setting, level: Level, *, num: int, wanders: bool, somewhere: bool, key: Key
@@ -62,7 +86,7 @@ def sample_problems(
         UserError: For a world in which no problem of this level was found.
     """
     num_agents = setting.corners.x.shape[-1]
-    keys = jax.random.split(key, (CANDIDATES * num, num_agents))
+    keys = jax.random.split(key, (MORE + CANDIDATES * num, num_agents))
     problems, count = _sampled(setting, keys, level, num, wanders, somewhere)
     if not bool((count > 0).all()):
         raise UserError(
@@ -94,21 +118,27 @@ _sampled = jax.jit(_sample, static_argnums=(2, 3, 4, 5))
 
 def posed(setting: Setting, start: Pose, goal: Pose) -> Problem:
     """The problem to get from one pose to another, for each agent."""
-    scenario, corners = setting
-    walls = scenario.world.walls
-    to_goal = ways_to(walls, corners, (goal.x, goal.y))
-    distance = way_length(walls, corners, to_goal, (goal.x, goal.y), (start.x, start.y))
-    num, commands = len(start.x), scenario.commands
+    scenario, num = setting.scenario, len(start.x)
+    to_goal = ways_to(setting.walls, setting.corners, (goal.x, goal.y))
     return Problem(
         start,
         goal,
-        distance,
+        *_way(setting, start, goal, to_goal),
         to_goal,
         scenario.sense(start),
         scenario.sense(goal),
-        jnp.zeros((0, commands.size, num)),
+        jnp.zeros((0, setting.commands.size, num)),
         jnp.zeros(num, jnp.int32),
     )
+
+
+def _way(
+    setting: Setting, start: Pose, goal: Pose, to_goal: Float[Array, "V N"]
+) -> tuple[Float[Array, " N"], Bool[Array, " N"]]:
+    """The length of the shortest way, and whether it leads around a wall."""
+    ends = (goal.x, goal.y), (start.x, start.y)
+    length = way_length(setting.walls, setting.corners, to_goal, *ends)
+    return length, ~in_sight(setting.walls, *ends)
 
 
 def _anywhere(setting: Setting, keys: Keys) -> tuple[Problem, Bool[Array, " N"]]:
@@ -116,9 +146,7 @@ def _anywhere(setting: Setting, keys: Keys) -> tuple[Problem, Bool[Array, " N"]]
     return posed(setting, start, start), setting.scenario.world.free(start)
 
 
-def _two_places(
-    setting: Setting, level: Level, keys: Keys
-) -> tuple[Problem, Bool[Array, " N"]]:
+def _two_places(setting: Setting, level: Level, keys: Keys) -> tuple[Problem, Bool[Array, " N"]]:
     scenario = setting.scenario
     keys = jax.vmap(lambda key: jax.random.split(key, 3))(keys)
     goal, turned = (_random_pose(scenario, keys[:, n]) for n in range(2))
@@ -142,16 +170,12 @@ def _home(setting: Setting, level: Level, keys: Keys) -> tuple[Problem, Bool[Arr
     wander = jnp.moveaxis(sample(wander_keys), 0, -1)
     away = _wandered(scenario, home, wander, num_wander)
     here = posed(setting, home, home)
-    goal = home.x, home.y
-    walls = scenario.world.walls
-    distance = way_length(walls, setting.corners, here.to_goal, goal, (away.x, away.y))
-    problem = here._replace(distance=distance, wander=wander, num_wander=num_wander)
+    distance, around = _way(setting, away, home, here.to_goal)
+    problem = here._replace(distance=distance, around=around, wander=wander, num_wander=num_wander)
     return problem, scenario.world.free(home) & _fits(level, distance)
 
 
-def _wandered(
-    scenario: Scenario, pose: Pose, wander: Motors, num_wander: Int[Array, " N"]
-) -> Pose:
+def _wandered(scenario: Scenario, pose: Pose, wander: Motors, num_wander: Int[Array, " N"]) -> Pose:
     def advance(pose: Pose, given: tuple[Array, Array]) -> tuple[Pose, None]:
         number, motor = given
         return select(number < num_wander, scenario.step(pose, motor)[0], pose), None
@@ -167,10 +191,8 @@ def _fits(level: Level, distance: Float[Array, " N"]) -> Bool[Array, " N"]:
 def _random_pose(scenario: Scenario, keys: Keys) -> Pose:
     """A random pose for each agent in its own world, as an episode begins; it need not be free."""
 
-    def one(world: object, key: Key) -> Pose:
+    def one(world: AbstractWorld, key: Key) -> Pose:
         place_key, head_key = jax.random.split(key)
         return scenario.agent.start(world.random_pose(key=place_key), key=head_key)
 
     return jax.vmap(one, in_axes=(-1, 0), out_axes=-1)(scenario.world, keys)
-
-

@@ -61,7 +61,7 @@ class AbstractNavigation(eqx.Module):
     def score(
         self, scenario: Scenario, seen: Seen, pose: Pose, problem: Problem
     ) -> tuple[Seen, Float[Array, " N"], Flags]:
-        """The cells seen, the reward, and whether the goal is reached, at the pose after a command."""
+        """The cells seen, the reward, and whether the goal is reached, after a command."""
 
 
 class GoalTask(AbstractNavigation):
