@@ -12,7 +12,7 @@ from motorspace.models.model import Model
 from motorspace.navigation.arena import Arena, Rules
 from motorspace.navigation.chained import chained_code
 from motorspace.navigation.config import NavigationConfig
-from motorspace.navigation.levels import Split, level_of, rooms
+from motorspace.navigation.levels import level_of, rooms
 from motorspace.navigation.observations import (
     AbstractPart,
     Bump,
@@ -57,14 +57,14 @@ def setting_of(
 
 
 def observer_of(
-    config: NavigationConfig, scenario: Scenario, codes: Codes | None, *, key: Key
+    config: NavigationConfig, setting: Setting, codes: Codes | None, *, key: Key
 ) -> Observer:
     """The parts that a configuration names, and what the task gives.
 
     Raises:
         UserError: For codes without a run, and as `chained_code`.
     """
-    task = task_named(config.task)
+    task, scenario = task_named(config.task), setting.scenario
 
     def code(name: str) -> AbstractPart:
         if codes is None:
@@ -78,7 +78,7 @@ def observer_of(
     momentary: dict[str, AbstractPart] = {
         "ranges": Ranges(scenario.space),
         "bump": Bump(),
-        "command": LastCommand(scenario.commands),
+        "command": LastCommand(setting.commands),
     }
     stacked = tuple(momentary[name] for name in config.observe if name in momentary)
     known = momentary | {"stack": Stack(stacked), "displacement": TrueDisplacement()}
@@ -90,7 +90,7 @@ def observer_of(
 
 
 def arena_of(
-    config: NavigationConfig, codes: Codes | None, split: Split, size: Size, *, key: Key
+    config: NavigationConfig, codes: Codes | None, split: str, size: Size, *, key: Key
 ) -> Arena:
     """The arena that a configuration describes, in the layouts of training or in others.
 
@@ -108,7 +108,7 @@ def arena_of(
     level, task = level_of(config.level), task_named(config.task)
     setting = setting_of(config, rooms(level, split, config.num_layouts), size.num_agents)
     probe_key = jax.random.fold_in(jax.random.key(config.seed), 1)
-    observer = observer_of(config, setting.scenario, codes, key=probe_key)
+    observer = observer_of(config, setting, codes, key=probe_key)
     problems = sample_problems(
         setting,
         level,
@@ -118,5 +118,5 @@ def arena_of(
         key=key,
     )
     shaped = config.reward == "shaped"
-    rules = Rules(level.max_steps, shaped, config.sense_blocked, config.ppo.discount)
+    rules = Rules(config.episode_steps, shaped, config.sense_blocked, config.ppo.discount)
     return Arena(setting, task, observer, problems, rules)

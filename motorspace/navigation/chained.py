@@ -15,10 +15,11 @@ from jaxtyping import Array, Float
 from motorspace._errors import UserError
 from motorspace._types import Flags, Key, Motor, Pose
 from motorspace.models.model import Model
-from motorspace.navigation.observations import AbstractPart, Memory, Moment, Rows
-from motorspace.navigation.tasks import AbstractNavigation, body
+from motorspace.navigation.observations import FAR, AbstractPart, Memory, Moment, Rows
+from motorspace.navigation.tasks import AbstractNavigation, Bounds, body
 from motorspace.se2 import relative
 from motorspace.worlds.agents import AbstractAgent
+from motorspace.worlds.scenario import Scenario
 
 Matrices = Float[Array, "n n N"]
 """A matrix for each agent; its last row is (0 ... 0 1)."""
@@ -41,6 +42,10 @@ class ChainedCode(AbstractPart):
     task: AbstractNavigation
     probe: Float[Array, "F C"] | None
     """From a displacement as `features` to the first n - 1 rows of its matrix."""
+
+    def bounds(self, scenario: Scenario) -> Bounds:
+        size = len(self._unit) * (len(self._unit) - 1)
+        return (-FAR,) * size, (FAR,) * size
 
     def begin(self, moment: Moment) -> Memory:
         num = moment.blocked.shape[-1]

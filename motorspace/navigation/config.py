@@ -101,6 +101,8 @@ class NavigationConfig:
     """sparse: 1 at the goal; shaped: also for each step that leads nearer to it."""
     sense_blocked: bool = True
     """Whether the agent senses that a wall took a translation away."""
+    max_steps: int | None = None
+    """Commands until an episode is truncated; by default those of the level."""
     num_layouts: int = 64
     """Random layouts to learn in."""
     steps: int = 300_000
@@ -120,6 +122,7 @@ class NavigationConfig:
         one_of("reward", self.reward, REWARDS)
         level_of(self.level)
         flag("sense_blocked", self.sense_blocked)
+        whole("max_steps", self.episode_steps)
         for name in ("num_layouts", "steps"):
             whole(name, getattr(self, name))
         if not self.observe:
@@ -134,6 +137,11 @@ class NavigationConfig:
             raise UserError(
                 "a bump that is not sensed cannot be observed", remedy="leave one of them out"
             )
+
+    @property
+    def episode_steps(self) -> int:
+        """Commands until an episode is truncated."""
+        return level_of(self.level).max_steps if self.max_steps is None else self.max_steps
 
     @property
     def needs_run(self) -> bool:

@@ -2,14 +2,11 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
 
 from motorspace._errors import UserError
-from motorspace.worlds.checks import whole
+from motorspace.worlds.checks import one_of, whole
 from motorspace.worlds.rooms import random_rooms
 from motorspace.worlds.world import WalledWorld
-
-Split = Literal["train", "test"]
 
 FIRST_SEED = {"train": 0, "test": 1_000_000}
 """The seeds of the rooms that policies are trained in, and of those that they never see."""
@@ -48,7 +45,7 @@ def level_of(number: int) -> Level:
 
 
 @lru_cache(maxsize=4)
-def rooms(level: Level, split: Split, num: int) -> tuple[WalledWorld, ...]:
+def rooms(level: Level, split: str, num: int) -> tuple[WalledWorld, ...]:
     """`num` different random layouts; those of training and of test have no seed in common.
 
     Raises:
@@ -56,7 +53,7 @@ def rooms(level: Level, split: Split, num: int) -> tuple[WalledWorld, ...]:
     """
     if whole("the number of layouts", num) > FIRST_SEED["test"]:
         raise UserError(f"there are no {num} layouts", remedy="use a million at most")
-    first = FIRST_SEED[split]
+    first = FIRST_SEED[one_of("split", split, tuple(FIRST_SEED))]
     return tuple(
         random_rooms(min_room=level.min_room, door=3.0, key=seed).world()
         for seed in range(first, first + num)

@@ -141,9 +141,7 @@ def orthogonal(mlp: eqx.nn.MLP, *, last: float, key: Key) -> eqx.nn.MLP:
         jax.nn.initializers.orthogonal(gain)(key, layer.weight.shape, jnp.float32)
         for layer, gain, key in zip(mlp.layers, gains, keys, strict=True)
     ]
-    biases = [
-        jnp.zeros(layer.bias.shape, jnp.float32) for layer in mlp.layers if layer.bias is not None
-    ]
+    biases = [jnp.zeros(len(weight), jnp.float32) for weight in weights]
     return eqx.tree_at(
         lambda net: [leaf for layer in net.layers for leaf in (layer.weight, layer.bias)],
         mlp,

@@ -9,11 +9,16 @@ import pytest
 
 from motorspace import Part, Pose, UserError
 from motorspace.navigation.actors import Chance, Planner
-from motorspace.navigation.arenas import Size, arena_of
+from motorspace.navigation.arena import Arena, Rules
+from motorspace.navigation.arenas import Size, arena_of, observer_of, setting_of
 from motorspace.navigation.config import NavigationConfig, navigation_from_json
 from motorspace.navigation.evaluation import Episodes, evaluate_actor, numbers
+from motorspace.navigation.given import given_problem
 from motorspace.navigation.levels import LEVELS, rooms
+from motorspace.navigation.problems import posed
+from motorspace.navigation.tasks import task_named
 from motorspace.worlds.agents import ForwardAgent
+from motorspace.worlds.layouts import Layout
 from motorspace.worlds.scenario import Scenario
 from motorspace.worlds.simulation import step
 
@@ -194,3 +199,17 @@ def test_a_configuration_comes_back_from_json():
 def test_bad_options(options, message):
     with pytest.raises(UserError, match=message):
         NavigationConfig(**options)
+
+
+def test_a_goal_behind_a_closed_wall_is_refused():
+    closed = Layout("closed", (0.0, 0.0, 20.0, 20.0), (((10.0, 0.0), (10.0, 20.0)),)).world()
+    given = config("displacement_goal")
+    setting = setting_of(given, [closed], 1)
+    observer = observer_of(given, setting, None, key=jax.random.key(0))
+    here = Pose(*jnp.full((4, 1), 5.0))
+    problem = posed(setting, here, here)
+    arena = Arena(setting, task_named(given.task), observer, problem, Rules(10))
+    with pytest.raises(UserError, match="no way leads from the start to the goal"):
+        given_problem(arena, problem, start=(5.0, 5.0, 0.0), goal=(10.0, 0.0))
+    found = given_problem(arena, problem, start=(5.0, 5.0, 0.0), goal=(3.0, 1.0))
+    np.testing.assert_allclose(found.distance, np.hypot(3, 1), rtol=1e-5)
