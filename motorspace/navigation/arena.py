@@ -8,9 +8,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
 from motorspace._types import Flags, Key, Motor, Pose
+from motorspace.navigation.interface import Step
 from motorspace.navigation.observations import Memory, Moment, Observer
 from motorspace.navigation.planner import way_length
-from motorspace.navigation.ppo import Step
 from motorspace.navigation.problems import Problem, Setting
 from motorspace.navigation.tasks import AbstractNavigation, Seen
 from motorspace.worlds.scenario import Scenario

@@ -17,7 +17,6 @@ from motorspace.navigation.arena import Arena, Outcome, State
 from motorspace.navigation.arenas import Codes, Size, arena_of
 from motorspace.navigation.config import NavigationConfig
 from motorspace.navigation.problems import Problem
-from motorspace.training.run import initial_run, load_run
 from motorspace.worlds.catalog import AGENTS, SENSORS
 from motorspace.worlds.simulation import select, to_agents_last, to_rows
 
@@ -57,12 +56,6 @@ class Compiled(NamedTuple):
     begin_with: Callable[[Int[Array, " N"], Problem], Now]
     advance: Callable[[Now, Float[Any, "N A"]], tuple[Now, Outcome]]
     replace: Callable[[Flags, Any, Any], Any]
-
-
-def codes_of(folder: str | Path) -> Codes:
-    """The networks of a run's folder. Raises `UserError` where there is no finished run."""
-    run = load_run(folder)
-    return Codes(run.model, initial_run(run.config).model)
 
 
 def navigation_config(

@@ -1,7 +1,7 @@
 """A policy learned from a configuration."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import equinox as eqx
 import jax
@@ -29,11 +29,21 @@ LearningRecord = dict[str, float | int]
 RecordCallback = Callable[[LearningRecord], None]
 
 
-class Learned(NamedTuple):
-    """A policy, and how it was learned."""
+@dataclass(frozen=True)
+class TrainedPolicy:
+    """A policy, what determined it and how it was learned.
 
+    Attributes:
+        config: Task, body, observation, learner.
+        policy: The networks.
+        codes: The networks behind observed codes, if any are observed.
+        log: One record for every few updates.
+    """
+
+    config: NavigationConfig
     policy: Policy
-    log: tuple[LearningRecord, ...]
+    codes: Codes | None = None
+    log: tuple[LearningRecord, ...] = ()
 
 
 def learn_policy(
@@ -41,7 +51,7 @@ def learn_policy(
     codes: Codes | None = None,
     *,
     callback: RecordCallback = lambda record: None,
-) -> Learned:
+) -> TrainedPolicy:
     """Return the policy that a configuration describes, learned by PPO.
 
     Args:
@@ -71,7 +81,7 @@ def learn_policy(
         )
         log.append(_logged(config, int(learner.update), records))
         callback(log[-1])
-    return Learned(learner.policy, tuple(log))
+    return TrainedPolicy(config, learner.policy, codes, tuple(log))
 
 
 @eqx.filter_jit

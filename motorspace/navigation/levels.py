@@ -2,11 +2,14 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 from motorspace._errors import UserError
 from motorspace.worlds.checks import one_of, whole
 from motorspace.worlds.rooms import random_rooms
-from motorspace.worlds.world import WalledWorld
+
+if TYPE_CHECKING:
+    from motorspace.worlds.world import WalledWorld
 
 FIRST_SEED = {"train": 0, "test": 1_000_000}
 """The seeds of the rooms that policies are trained in, and of those that they never see."""
@@ -45,7 +48,7 @@ def level_of(number: int) -> Level:
 
 
 @lru_cache(maxsize=4)
-def rooms(level: Level, split: str, num: int) -> tuple[WalledWorld, ...]:
+def rooms(level: Level, split: str, num: int) -> "tuple[WalledWorld, ...]":
     """`num` different random layouts; those of training and of test have no seed in common.
 
     Raises:

@@ -10,8 +10,9 @@ import pytest
 
 from motorspace import UserError
 from motorspace.navigation.config import PolicyConfig, PPOConfig
+from motorspace.navigation.interface import Step
 from motorspace.navigation.policies import Policy
-from motorspace.navigation.ppo import Rollout, Step, advantages, improve, optimiser, start
+from motorspace.navigation.ppo import Rollout, advantages, improve, optimiser, start
 
 GAMMA, LAMBDA = 0.5, 0.5
 
