@@ -1,7 +1,5 @@
 """PPO against answers by hand and a task that it must solve."""
 
-from typing import NamedTuple
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -10,9 +8,9 @@ import pytest
 
 from motorspace import UserError
 from motorspace.navigation.config import PolicyConfig, PPOConfig
-from motorspace.navigation.interface import Step
 from motorspace.navigation.policies import Policy
 from motorspace.navigation.ppo import Rollout, advantages, improve, optimiser, start
+from tests.navigation.point import ToTheMiddle
 
 GAMMA, LAMBDA = 0.5, 0.5
 
@@ -44,41 +42,6 @@ def test_a_truncated_step_counts_on_what_follows_and_a_terminated_one_does_not()
     first = 1.0 + GAMMA * 1.0 - 0.5 + GAMMA * LAMBDA * second
     found = advantages(done, config)[:, 0]
     np.testing.assert_allclose(found, [first, second, third, last], rtol=1e-6)
-
-
-class Point(NamedTuple):
-    place: jax.Array
-    steps: jax.Array
-
-
-class ToTheMiddle(eqx.Module):
-    """A point on a plane that must reach the middle; it is cut off after 20 steps."""
-
-    num_agents: int = eqx.field(static=True, default=64)
-    action_size: int = eqx.field(static=True, default=2)
-
-    def begin(self, *, key):
-        shape = (self.num_agents, 2)
-        return Point(
-            jax.random.uniform(key, shape, jnp.float32, -1.0, 1.0),
-            jnp.zeros(self.num_agents, jnp.int32),
-        )
-
-    def observed(self, state):
-        return state.place
-
-    def step(self, state, action, *, key):
-        place = state.place + 0.2 * jnp.clip(action, -1.0, 1.0)
-        steps = state.steps + 1
-        away = jnp.linalg.norm(place, axis=-1)
-        terminated = away < 0.15
-        truncated = ~terminated & (steps >= 20)
-        fresh, ended = self.begin(key=key), terminated | truncated
-        then = Point(
-            jnp.where(ended[:, None], fresh.place, place), jnp.where(ended, fresh.steps, steps)
-        )
-        acted = jnp.ones_like(ended)
-        return then, Step(place, then.place, -away, terminated, truncated, acted)
 
 
 @pytest.mark.parametrize("memory", [0, 8])
