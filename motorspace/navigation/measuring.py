@@ -10,9 +10,12 @@ from motorspace.navigation.learning import TrainedPolicy
 
 AGENTS_AT_ONCE = 256
 
+NUM_PROBLEMS = 2048
+"""Problems in seen layouts, and as many in unseen ones, where nobody says another number."""
+
 
 def evaluate_policy(
-    trained: TrainedPolicy, *, num: int = 2048, sampled: bool = True, seed: int = 0
+    trained: TrainedPolicy, *, num: int | None = None, sampled: bool = True, seed: int = 0
 ) -> Numbers:
     """Return how well a policy solves fresh problems, beside chance and the planner.
 
@@ -26,6 +29,7 @@ def evaluate_policy(
         The measures of `evaluate_actor` as `seen.*` and `unseen.*` for the policy, `chance.*` and
         `planner.*` in unseen layouts.
     """
+    num = NUM_PROBLEMS if num is None else num
     num_agents = min(num, AGENTS_AT_ONCE)
     size = Size(num_agents, max(1, num // num_agents))
     problem_key, key = jax.random.split(jax.random.fold_in(jax.random.key(seed), 7))
