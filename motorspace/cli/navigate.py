@@ -85,13 +85,10 @@ def _train(options: argparse.Namespace) -> None:
     from motorspace.cli.runtime import prepare_jax
 
     prepare_jax()
-    from motorspace.navigation.arenas import codes_of
     from motorspace.navigation.folder import save_policy
     from motorspace.navigation.learning import learn_policy
 
-    codes = codes_of(options.run) if config.needs_run else None
-    network = run_folder.load_config(options.run) if config.needs_run else None
-    save_policy(learn_policy(config, codes, callback=_progress(config)), folder, network)
+    save_policy(learn_policy(config, options.run, callback=_progress(config)), folder)
     print(f"finished: {folder}; measure it with: motorspace navigate evaluate {folder}")
 
 

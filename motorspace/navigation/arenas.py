@@ -1,7 +1,6 @@
 """Arenas from configurations."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import NamedTuple
 
 import jax
@@ -27,7 +26,7 @@ from motorspace.navigation.observations import (
 from motorspace.navigation.planner import survey
 from motorspace.navigation.problems import Setting, sample_problems
 from motorspace.navigation.tasks import task_named
-from motorspace.training.run import Run, initial_run, load_run
+from motorspace.training.run import Run, initial_run
 from motorspace.worlds.catalog import AGENTS, SENSORS
 from motorspace.worlds.scenario import Scenario
 from motorspace.worlds.stacking import deal_worlds
@@ -42,10 +41,9 @@ class Codes(NamedTuple):
     """The same network before its first epoch."""
 
 
-def codes_of(run: Run | str | Path) -> Codes:
-    """The networks of a run, or of its folder. Raises `UserError` if there is no finished run."""
-    found = run if isinstance(run, Run) else load_run(run)
-    return Codes(found.model, initial_run(found.config).model)
+def codes_of(run: Run) -> Codes:
+    """The networks of a run."""
+    return Codes(run.model, initial_run(run.config).model)
 
 
 class Size(NamedTuple):

@@ -17,6 +17,7 @@ from motorspace.environments.render import render
 from motorspace.navigation import copies
 from motorspace.navigation.arenas import codes_of
 from motorspace.navigation.given import given_problem
+from motorspace.training.run import load_run
 from motorspace.worlds.checks import whole
 from motorspace.worlds.scenario import Scenario
 
@@ -40,7 +41,7 @@ class _Navigation:
         config = copies.navigation_config(task, agent, run=run, **options)
         if config.needs_run and run is None:
             raise UserError("codes are computed by a trained network", remedy="give the run of one")
-        codes = codes_of(run) if config.needs_run and run is not None else None
+        codes = codes_of(load_run(run)) if config.needs_run and run is not None else None
         self.bank = copies.bank_of(config, codes, split)
         self._num, self._now = num, None
         self._box = copies.observation_box(self.bank)

@@ -16,7 +16,7 @@ import jax
 
 from motorspace._errors import UserError
 from motorspace._files import locked, write_atomically, write_json
-from motorspace.models.model import Model, Scaling
+from motorspace.models.model import Scaling
 from motorspace.navigation.arenas import Codes
 from motorspace.navigation.config import NavigationConfig, navigation_from_json
 from motorspace.navigation.learning import TrainedPolicy
@@ -33,13 +33,12 @@ CONFIG, POLICY, LOG = "config.json", "policy.safetensors", "log.jsonl"
 EVALUATION = "evaluation.json"
 
 
-def save_policy(trained: TrainedPolicy, folder: str | Path, network: RunConfig | None) -> None:
+def save_policy(trained: TrainedPolicy, folder: str | Path) -> None:
     """Write a policy, whole, into a folder of its own.
 
     Args:
         trained: The policy.
         folder: Where to; it may exist, and must hold no policy.
-        network: The configuration of the run behind observed codes, if any are observed.
 
     Raises:
         UserError: Where the folder holds a policy already or cannot be written.
@@ -50,7 +49,7 @@ def save_policy(trained: TrainedPolicy, folder: str | Path, network: RunConfig |
         lines = "".join(json.dumps(record) + "\n" for record in trained.log)
         write_atomically(folder / LOG, lines.encode())
         write_atomically(folder / POLICY, packed((trained.policy, trained.codes)))
-        write_json(folder / CONFIG, _described(trained, network))
+        write_json(folder / CONFIG, _described(trained))
 
 
 def refuse_used(folder: Path) -> None:
@@ -75,11 +74,13 @@ def load_policy(folder: str | Path) -> TrainedPolicy:
     folder = Path(folder)
     written = _read(folder / CONFIG, folder)
     config = navigation_from_json(written["config"], where=folder / CONFIG)
-    codes, size = _codes(written["network"], folder / CONFIG), written["observation_size"]
+    network, where = written["network"], folder / CONFIG
+    found = None if network is None else config_from_json(network["config"], where=where)
+    codes = None if found is None else _blank(found, network)
     actions = AGENTS.build(config.agent).commands.size
-    policy = Policy(config.policy, size, actions, key=jax.random.key(0))
+    policy = Policy(config.policy, written["observation_size"], actions, key=jax.random.key(0))
     policy, codes = unpacked((policy, codes), folder / POLICY)
-    return TrainedPolicy(config, policy, codes, tuple(read_log(folder)))
+    return TrainedPolicy(config, policy, codes, found, tuple(read_log(folder)))
 
 
 def config_of(folder: Path) -> NavigationConfig:
@@ -87,12 +88,12 @@ def config_of(folder: Path) -> NavigationConfig:
     return navigation_from_json(_read(folder / CONFIG, folder)["config"], where=folder / CONFIG)
 
 
-def _described(trained: TrainedPolicy, network: RunConfig | None) -> dict[str, Any]:
+def _described(trained: TrainedPolicy) -> dict[str, Any]:
     described: dict[str, Any] | None = None
-    if trained.codes is not None and network is not None:
+    if trained.codes is not None and trained.network is not None:
         scaling = trained.codes.trained.scaling
         described = {
-            "config": network.as_json(),
+            "config": trained.network.as_json(),
             "sensors": list(scaling.sensors),
             "motors": list(scaling.motors),
         }
@@ -104,12 +105,10 @@ def _described(trained: TrainedPolicy, network: RunConfig | None) -> dict[str, A
     }
 
 
-def _codes(described: Any, where: Path) -> Codes | None:
-    if described is None:
-        return None
-    network = config_from_json(described["config"], where=where)
+def _blank(network: RunConfig, described: dict[str, Any]) -> Codes:
+    """Networks of the right shape, whose weights are to be read."""
     scaling = Scaling(tuple(described["sensors"]), tuple(described["motors"]))
-    model: Model = init(network, scaling, horizon=6).selected
+    model = init(network, scaling, horizon=1).selected  # products have any length
     return Codes(model, model)
 
 

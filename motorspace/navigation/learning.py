@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import equinox as eqx
 import jax
@@ -11,10 +12,12 @@ from jaxtyping import Array, Float
 from motorspace._errors import UserError
 from motorspace._types import Key
 from motorspace.navigation.arena import Arena, State
-from motorspace.navigation.arenas import Codes, Size, arena_of
+from motorspace.navigation.arenas import Codes, Size, arena_of, codes_of
 from motorspace.navigation.config import NavigationConfig
 from motorspace.navigation.policies import Policy
 from motorspace.navigation.ppo import UpdateRecord, improve, optimiser, start
+from motorspace.training.config import RunConfig
+from motorspace.training.run import Run, load_run
 
 PROBLEMS = 64
 """Problems for each agent to learn from."""
@@ -37,18 +40,20 @@ class TrainedPolicy:
         config: Task, body, observation, learner.
         policy: The networks.
         codes: The networks behind observed codes, if any are observed.
+        network: What determined them.
         log: One record for every few updates.
     """
 
     config: NavigationConfig
     policy: Policy
     codes: Codes | None = None
+    network: RunConfig | None = None
     log: tuple[LearningRecord, ...] = ()
 
 
 def learn_policy(
     config: NavigationConfig,
-    codes: Codes | None = None,
+    run: Run | str | Path | None = None,
     *,
     callback: RecordCallback = lambda record: None,
 ) -> TrainedPolicy:
@@ -56,14 +61,16 @@ def learn_policy(
 
     Args:
         config: Task, body, observation, learner.
-        codes: The networks behind observed codes.
+        run: The run whose codes are observed, or its folder.
         callback: Called now and then with a record: environment steps so far, episodes ended and
             the share of them that reached the goal, mean reward.
 
     Raises:
-        UserError: As `arena_of`, for commands that are numbers, and for a loss that is no longer
-            finite.
+        UserError: For codes without a run, a run of another agent, layouts without a problem of
+            the level, and a loss that is no longer finite.
     """
+    found = _network(config, run)
+    codes = None if found is None else codes_of(found)
     arena_key, policy_key, settle_key, start_key, key = jax.random.split(
         jax.random.key(config.seed), 5
     )
@@ -81,7 +88,15 @@ def learn_policy(
         )
         log.append(_logged(config, int(learner.update), records))
         callback(log[-1])
-    return TrainedPolicy(config, learner.policy, codes, tuple(log))
+    network = None if found is None else found.config
+    return TrainedPolicy(config, learner.policy, codes, network, tuple(log))
+
+
+def _network(config: NavigationConfig, run: Run | str | Path | None) -> Run | None:
+    """The run whose codes are observed, if any are."""
+    if run is None or not config.needs_run:
+        return None
+    return run if isinstance(run, Run) else load_run(run)
 
 
 @eqx.filter_jit

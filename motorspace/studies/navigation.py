@@ -69,16 +69,15 @@ def jobs(budget: Budget, seeds: int) -> list[Job]:
 
 def measured(run: "Run", num: int, *, share: float) -> Numbers:
     """Every row of every task: {TASK/ROW/MEASURE: value}, after a share of the steps."""
-    from motorspace.navigation.arenas import codes_of
     from motorspace.navigation.learning import learn_policy
     from motorspace.navigation.measuring import evaluate_policy
 
     del num
-    codes, found = codes_of(run), dict[str, float]()
+    found = dict[str, float]()
     for task, steps in STEPS.items():
         for row, observed in OBSERVATIONS.items():
             config = configuration(run, task, observed, round(share * steps))
-            trained = learn_policy(config, codes)
+            trained = learn_policy(config, run)
             for key, value in evaluate_policy(trained, seed=config.seed).items():
                 kind, _, measure = key.partition(".")
                 place = f"{task}/{kind if kind in BESIDE else row}"
