@@ -71,6 +71,23 @@ def test_an_update_depends_on_its_number_and_the_key_alone():
         np.testing.assert_allclose(one, other, atol=1e-6) if eqx.is_array(one) else None
 
 
+def test_all_updates_are_one_program():
+    class Counted(ToTheMiddle):
+        def step(self, state, action, *, key):
+            traced.append(0)
+            return super().step(state, action, key=key)
+
+    traced, config = [], PPOConfig(num_agents=64, num_steps=4, num_minibatches=4)
+    point, adam = Counted(), optimiser(config, 4)
+    policy = Policy(PolicyConfig(8), 2, 2, key=jax.random.key(0))
+    learner = start(point, policy, adam, key=jax.random.key(1))
+    key, counts = jax.random.key(2), []
+    for _ in range(3):
+        learner, _ = improve(point, learner, config, adam, num_updates=2, key=key)
+        counts.append(len(traced))
+    assert counts[0] == counts[-1], "nothing is weakly typed at first, which would compile twice"
+
+
 def test_a_memory_is_emptied_where_an_episode_begins():
     policy = Policy(PolicyConfig(8, 4), 3, 2, key=jax.random.key(0))
     seen = jax.random.normal(jax.random.key(1), (6, 1, 3))
