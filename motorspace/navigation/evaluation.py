@@ -85,6 +85,7 @@ def run_episodes(arena: Arena, actor: AbstractActor, *, key: Key) -> Episodes:
     return jax.lax.map(one, (rows, jax.random.split(key, arena.num_problems)))
 
 
+@eqx.filter_jit
 def run_episode(
     arena: Arena, actor: AbstractActor, state: State, *, key: Key
 ) -> tuple[Episodes, Pose]:

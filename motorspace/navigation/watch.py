@@ -5,7 +5,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -72,7 +71,7 @@ def _episode(arena: Arena, actor: AbstractActor, goal: Any, key: Key) -> Watched
     state = arena.begin(key=start_key)
     if goal is not None:
         state = arena.begin_with(given_problem(arena, state.problem, goal=goal))
-    done, poses = eqx.filter_jit(run_episode)(arena, actor, state, key=key)
+    done, poses = run_episode(arena, actor, state, key=key)
     num_wander = int(state.problem.num_wander[0])
     last = num_wander + int(done.steps[0]) + 1
     world: Any = jax.tree.map(lambda leaf: leaf[..., 0], arena.scenario.world)
