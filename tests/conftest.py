@@ -1,6 +1,9 @@
 """What all tests share."""
 
+import ctypes
+import gc
 import os
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -37,4 +40,24 @@ def getkey() -> Callable[[], jax.Array]:
 def forget_compiled_programs() -> Iterator[None]:
     """Programs of one module are of no use to the next, and fill gigabytes."""
     yield
+    _forget()
+
+
+@pytest.fixture(autouse=True)
+def bounded_memory() -> Iterator[None]:
+    """Those of one test, where a module compiles many."""
+    yield
+    if LINUX and int(Path("/proc/self/statm").read_text().split()[1]) * PAGE > MOST_BYTES:
+        _forget()
+
+
+LINUX = sys.platform == "linux"
+PAGE = 4096
+MOST_BYTES = 1_200_000_000
+
+
+def _forget() -> None:
     jax.clear_caches()
+    gc.collect()
+    if LINUX:  # glibc keeps what is freed unless it is asked to return it
+        getattr(ctypes.CDLL(None), "malloc_trim", int)(0)

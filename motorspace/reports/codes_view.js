@@ -36,14 +36,13 @@
     scene: {
       xaxis: axis(data.axes[0]), yaxis: axis(data.axes[1]), zaxis: axis(data.axes[2]),
       aspectmode: "manual", aspectratio: proportions(data), dragmode: "orbit",
-      camera: { eye: { x: 1.15 * far, y: 1.15 * far, z: 0.65 * far }, center: { x: 0, y: 0, z: -0.08 } },
+      camera: { eye: { x: 1.15 * far, y: 1.15 * far, z: 0.65 * far }, center: { x: 0, y: 0, z: -0.12 } },
     },
   });
 
   const draw = (figure) => {
     const scene = figure.querySelector(".scene");
     const data = JSON.parse(figure.querySelector("script").textContent);
-    const narrow = scene.clientWidth < 560;
     const far = Math.max(1, scene.clientHeight / scene.clientWidth);
     const buttons = [...figure.querySelectorAll("button")];
     const degrees = data.moved[2].map((turn) => (turn * 180 / Math.PI).toFixed(0));
@@ -54,13 +53,12 @@
       hovertemplate: "longitudinal %{customdata[0]}<br>lateral %{customdata[1]}"
         + "<br>orientation %{customdata[2]}°<extra></extra>",
       marker: {
-        size: narrow ? 2 : 3, opacity: 0.9, line: { width: 0 },
+        size: scene.clientWidth < 560 ? 2 : 3, opacity: 0.9, line: { width: 0 },
         color: data.moved[0], cmin: data.scales[0].low, cmax: data.scales[0].high,
         colorscale: data.scales[0].stops,
         colorbar: {
-          thickness: 10, outlinewidth: 0, ...(narrow
-            ? { orientation: "h", len: 0.8, x: 0.5, y: 0, yanchor: "bottom" }
-            : { len: 0.6, x: 1, xanchor: "right" }),
+          thickness: 10, outlinewidth: 0,
+          orientation: "h", len: 0.7, x: 0.5, y: 0, yanchor: "bottom",
           title: { text: units[0], side: "top", font: { size: 12 } },
           tickvals: data.scales[0].ticks, ticktext: data.scales[0].names,
           tickfont: { size: 11 },

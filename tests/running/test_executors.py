@@ -69,15 +69,18 @@ def test_a_run_that_fails_does_not_end_the_others(tmp_path):
 
 
 def test_a_killed_worker_is_begun_again_from_its_checkpoint(tmp_path):
-    (job,) = jobs(0.2, epochs=20, seconds=0.1)
+    (job,) = jobs(0.2, epochs=50, seconds=0.1)
     place = tmp_path / "toy" / job.folder
     script = (
+        "import signal\n"
         "from pathlib import Path\n"
         "from motorspace.running.executors import run_jobs\n"
         "from motorspace.running.processes import Processes\n"
         "from tests.running.toy import execute, jobs\n"
         "if __name__ == '__main__':\n"
-        f"    run_jobs(jobs(0.2, epochs=20, seconds=0.1), Path({str(tmp_path)!r}), execute,\n"
+        # A shell lets its commands in the background ignore Ctrl-C.
+        "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        f"    run_jobs(jobs(0.2, epochs=50, seconds=0.1), Path({str(tmp_path)!r}), execute,\n"
         "             executor=Processes(1))\n"
     )
     (tmp_path / "drive.py").write_text(script)
@@ -106,7 +109,7 @@ def test_a_killed_worker_is_begun_again_from_its_checkpoint(tmp_path):
     assert is_free(place)
     assert values(tmp_path) == {}
     subprocess.run(command, env=environment, check=True)
-    assert [r["epochs"] for r in values(tmp_path).values()] == [20]
+    assert [r["epochs"] for r in values(tmp_path).values()] == [50]
     assert begun(tmp_path) == [4]
 
 
