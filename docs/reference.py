@@ -27,6 +27,7 @@ ROOMS = (
     "evaluation",
     "environments",
     "export",
+    "navigation",
     "running",
     "studies",
     "testing",

@@ -70,12 +70,19 @@ class Policy(eqx.Module):
 
     def __call__(self, hidden: Hidden, observation: Float[Array, " O"]) -> Answer:
         """The answer to what is observed now."""
+        hidden, features = self._features(hidden, observation)
+        return Answer(hidden, self.actor(features), self.critic(features))
+
+    def _features(
+        self, hidden: Hidden, observation: Float[Array, " O"]
+    ) -> tuple[Hidden, Float[Array, " F"]]:
+        """What is remembered from here on, and what actor and critic see."""
         offset, scale = jax.lax.stop_gradient((self.offset, self.scale))
         seen = jnp.clip((observation - offset) / scale, -10.0, 10.0)
-        if self.memory is not None:
-            hidden = self.memory(seen, hidden)
-            seen = jnp.concatenate([seen, hidden])
-        return Answer(hidden, self.actor(seen), self.critic(seen))
+        if self.memory is None:
+            return hidden, seen
+        hidden = self.memory(seen, hidden)
+        return hidden, jnp.concatenate([seen, hidden])
 
     def initial(self, num_agents: int) -> Hiddens:
         """What agents remember before their first observation."""
@@ -85,20 +92,20 @@ class Policy(eqx.Module):
         self, hidden: Hiddens, observations: Float[Array, "T N O"], begins: Bool[Array, "T N"]
     ) -> Answers:
         """The answers to observations in a row; `begins` says where an episode begins."""
-        each = jax.vmap(self)
-        if self.memory is None:
-            hiddens = jnp.broadcast_to(hidden, (len(observations), *hidden.shape))
-            answer = jax.vmap(each)(hiddens, observations)
-            return Answers(answer.mean, answer.value)
+        each = jax.vmap(self._features)
 
         def advance(
             hidden: Hiddens, given: tuple[Float[Array, "N O"], Bool[Array, " N"]]
-        ) -> tuple[Hiddens, Answers]:
+        ) -> tuple[Hiddens, Float[Array, "N F"]]:
             observation, begin = given
-            answer = each(jnp.where(begin[:, None], 0.0, hidden), observation)
-            return answer.hidden, Answers(answer.mean, answer.value)
+            return each(jnp.where(begin[:, None], 0.0, hidden), observation)
 
-        return jax.lax.scan(advance, hidden, (observations, begins))[1]
+        if self.memory is None:
+            features = jax.vmap(each, in_axes=(None, 0))(hidden, observations)[1]
+        else:
+            features = jax.lax.scan(advance, hidden, (observations, begins))[1]
+        actor, critic = (jax.vmap(jax.vmap(net)) for net in (self.actor, self.critic))
+        return Answers(actor(features), critic(features))
 
     def log_probability(
         self, mean: Float[Array, "*batch A"], action: Float[Array, "*batch A"]
