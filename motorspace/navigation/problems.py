@@ -15,10 +15,8 @@ from motorspace.worlds.simulation import select
 from motorspace.worlds.spaces import ContinuousCommands
 from motorspace.worlds.world import AbstractWorld
 
-CANDIDATES = 4
-"""So many problems are proposed for each that is wanted, and `MORE` besides."""
-
-MORE = 64
+CANDIDATES, MORE = 4, 64
+"""For each problem that is wanted four are proposed, and 64 besides, since some do not fit."""
 
 
 class Problem(NamedTuple):
