@@ -189,6 +189,7 @@ FLOORS = (
     (
         ("evaluation", "errors, structure", GREEN),
         ("environments", "Gymnasium", ORANGE),
+        ("control", "goals, plans", ORANGE),
         ("export", "arrays, ONNX", ORANGE),
     ),
     (("running", "jobs, executors, sweeps", FAINT),),

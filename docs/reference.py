@@ -25,6 +25,7 @@ ROOMS = (
     "reports",
     "training",
     "evaluation",
+    "control",
     "environments",
     "export",
     "navigation",

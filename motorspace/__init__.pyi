@@ -8,6 +8,19 @@ from .analysis.projections import ica as ica
 from .analysis.projections import pca as pca
 from .analysis.topology import Topology as Topology
 from .analysis.topology import topology as topology
+from .control.controller import Controller as Controller
+from .control.controller import learn_controller as learn_controller
+from .control.following import follow as follow
+from .control.goals import CodeGoal as CodeGoal
+from .control.goals import DisplacementGoal as DisplacementGoal
+from .control.goals import SensorGoal as SensorGoal
+from .control.learning import ControlConfig as ControlConfig
+from .control.planning import Effort as Effort
+from .control.planning import Plan as Plan
+from .control.planning import plan as plan
+from .control.scores import measure_controller as measure_controller
+from .control.store import load_controller as load_controller
+from .control.store import save_controller as save_controller
 from .evaluation.evaluate import Evaluation as Evaluation
 from .evaluation.evaluate import evaluate as evaluate
 from .evaluation.structure import run_topology as run_topology
@@ -32,6 +45,7 @@ from .recordings.record import record as record
 from .recordings.recording import Recording as Recording
 from .recordings.windows import windows as windows
 from .reports.codes_view import codes_view as codes_view
+from .reports.figures.answers import answers_figure as answers_figure
 from .reports.figures.codes import codes_figure as codes_figure
 from .reports.figures.measures import curves_figure as curves_figure
 from .reports.figures.measures import learning_figure as learning_figure

@@ -22,7 +22,7 @@ from motorspace.training.run import load_run
 from motorspace.worlds.catalog import AGENTS, SENSORS
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
-SCRIPTS = ("first_steps", "own_layout", "own_log", "own_classes")
+SCRIPTS = ("first_steps", "own_layout", "own_log", "own_classes", "reach_a_goal")
 SMALL = [
     *("--code-size", "4", "--width-size", "8", "--depth", "1"),
     *("--trajectories-per-epoch", "64", "--batch-size", "32"),
@@ -65,7 +65,9 @@ def log(tmp_path):
 @pytest.mark.parametrize("script", SCRIPTS)
 def test_an_example_runs(script, capsys, tmp_path):
     source = (EXAMPLES / f"{script}.py").read_text()
-    small = re.sub(r"epochs=(\d+)", lambda found: f"epochs={int(found[1]) // 20 or 1}", source)
+    small = re.sub(
+        r"(epochs|updates)=(\d+)", lambda found: f"{found[1]}={int(found[2]) // 20 or 1}", source
+    )
     (tmp_path / "script.py").write_text(small.replace("num=8000", "num=400"))
     runpy.run_path(str(tmp_path / "script.py"), run_name="__main__")
     assert len(capsys.readouterr().out.splitlines()) >= 3

@@ -30,6 +30,7 @@ COMMANDS = {
     "train": Command("train", "train a network, in simulation or on a robot's log", "--resume"),
     "evaluate": Command("evaluate", "measure a run on data that training never saw"),
     "topology": Command("topology", "measure how codes are structured by displacement"),
+    "control": Command("control", "plan motor commands that reach a goal"),
     "compare": Command("compare", "show what two or more runs differ in"),
     "navigate": Command("navigate", "train, measure and watch policies that get to goals"),
     "export": Command("export", "write a run's codes, and its network for other programs"),

@@ -1,0 +1,1 @@
+"""Motor commands that reach a goal, planned in the space of codes."""
