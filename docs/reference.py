@@ -28,6 +28,7 @@ ROOMS = (
     "control",
     "environments",
     "export",
+    "navigation",
     "running",
     "studies",
     "testing",

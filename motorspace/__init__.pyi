@@ -34,6 +34,14 @@ from .export.standalone import export_numpy as export_numpy
 from .export.tensorboard import TensorBoardLog as TensorBoardLog
 from .models.config import ModelConfig as ModelConfig
 from .models.encoders.base import AbstractMotorEncoder as AbstractMotorEncoder
+from .navigation.config import NavigationConfig as NavigationConfig
+from .navigation.config import PolicyConfig as PolicyConfig
+from .navigation.config import PPOConfig as PPOConfig
+from .navigation.folder import load_policy as load_policy
+from .navigation.folder import save_policy as save_policy
+from .navigation.learning import TrainedPolicy as TrainedPolicy
+from .navigation.learning import learn_policy as learn_policy
+from .navigation.measuring import evaluate_policy as evaluate_policy
 from .recordings.readers.base import AbstractReader as AbstractReader
 from .recordings.readers.base import read_log as read_log
 from .recordings.record import record as record

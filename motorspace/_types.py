@@ -40,8 +40,8 @@ Displacement = Float[Array, "3 *batch"]
 """(longitudinal, lateral, orientation change) in the frame of the part that carries the
 sensors, at the start; world units, world units, radians in (-pi, pi]."""
 
-Walls = Float[Array, "S 2 2"]
-"""S wall segments: two end points each, in world units."""
+Walls = Float[Array, "S 2 2 *worlds"]
+"""S wall segments: two end points each, in world units; of one world, or of one for each agent."""
 
 Record = dict[str, float | int]
 """What is logged of one epoch: its number, and means over its updates."""

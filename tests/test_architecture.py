@@ -149,6 +149,7 @@ LIGHT = (
     "motorspace.worlds.catalog",
     "motorspace.worlds.layouts",
     "motorspace.models.config",
+    "motorspace.navigation.config",
     "motorspace.training.config",
     "motorspace.training.data",
     "motorspace.training.folder",
@@ -179,6 +180,8 @@ WORDS = {
     "help of demo": "demo --help",
     "help of reproduce": "reproduce --help",
     "help of sweep": "sweep --help",
+    "help of navigate": "navigate --help",
+    "help of an action of navigate": "navigate train --help",
     "completion": "completion bash",
     "a wrong flag": "train forward --rotation 3",
     "a flag of another agent": "train lattice --max-rotation 1",
@@ -199,6 +202,12 @@ WORDS = {
     "a log that is inspected": "inspect log.csv",
     "an unknown study": "reproduce nothing",
     "a sweep that is not there": "sweep nowhere.toml",
+    "an unknown task": "navigate train sleep",
+    "a level that is not there": "navigate train home --level 9",
+    "no run to navigate with": "navigate train home --run nowhere --observe code",
+    "a code without a run": "navigate train home --observe code",
+    "no policy": "navigate evaluate nowhere",
+    "no policy to watch": "navigate watch nowhere",
 }
 
 

@@ -32,6 +32,7 @@ COMMANDS = {
     "topology": Command("topology", "measure how codes are structured by displacement"),
     "control": Command("control", "plan motor commands that reach a goal"),
     "compare": Command("compare", "show what two or more runs differ in"),
+    "navigate": Command("navigate", "train, measure and watch policies that get to goals"),
     "export": Command("export", "write a run's codes, and its network for other programs"),
     "inspect": Command("inspect", "describe a robot's log"),
     "reproduce": Command(

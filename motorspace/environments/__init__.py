@@ -1,4 +1,4 @@
-"""Agents in their worlds as Gymnasium environments, without a task unless one is given.
+"""Agents in their worlds as Gymnasium environments: without a task, and with one.
 
 `import motorspace` registers the ids below with Gymnasium, and so does
 `gymnasium.make("motorspace:motorspace/Forward-v0")`, which imports it. Nothing heavy is imported
@@ -20,6 +20,14 @@ IDS: dict[str, dict[str, Any]] = {
 }
 """What each id adds to the options of an environment."""
 
+NAVIGATION: dict[str, dict[str, Any]] = {
+    "motorspace/Home-v0": {"task": "home"},
+    "motorspace/DisplacementGoal-v0": {"task": "displacement_goal"},
+    "motorspace/SensorGoal-v0": {"task": "sensor_goal"},
+    "motorspace/Explore-v0": {"task": "explore"},
+}
+"""The same for environments with a task, which say themselves when an episode ends."""
+
 MAX_EPISODE_STEPS = 200
 """Steps of an episode where nothing else is asked for."""
 
@@ -35,6 +43,14 @@ def register() -> None:
                 entry_point="motorspace.environments.single:ExplorationEnv",
                 vector_entry_point="motorspace.environments.vector:ExplorationVectorEnv",
                 max_episode_steps=MAX_EPISODE_STEPS,
+                kwargs=dict(options),
+            )
+    for name, options in NAVIGATION.items():
+        if name not in registration.registry:
+            registration.register(
+                id=name,
+                entry_point="motorspace.navigation.environments:NavigationEnv",
+                vector_entry_point="motorspace.navigation.environments:NavigationVectorEnv",
                 kwargs=dict(options),
             )
 

@@ -8,12 +8,13 @@ from motorspace.worlds.scenario import Scenario
 
 SIZE = 320
 PAPER, INK, RAY, BODY = (255, 255, 255), (40, 40, 40), (255, 160, 60), (30, 100, 200)
+GOAL = (60, 160, 80)
 
 Image = UInt8[np.ndarray, "H W 3"]
 
 
-def render(scenario: Scenario, pose: Pose) -> Image:
-    """A fresh picture of the world, the agent, its gaze and what it senses."""
+def render(scenario: Scenario, pose: Pose, *, goal: Pose | None = None) -> Image:
+    """A fresh picture of the world, the agent, its gaze, what it senses, and its goal if any."""
     image = np.full((SIZE, SIZE, 3), PAPER, np.uint8)
     drawing = scenario.world.drawing()
     bounds = drawing.bounds
@@ -23,6 +24,8 @@ def render(scenario: Scenario, pose: Pose) -> Image:
         _line(image, bounds, wall, INK)
     for point in drawing.points:
         _disc(image, bounds, point, 3, INK)
+    if goal is not None:
+        _disc(image, bounds, np.array([float(goal.x), float(goal.y)]), 5, GOAL)
     x, y, gaze = map(float, pose.frame)
     tip = (x + drawing.pointer * np.cos(gaze), y + drawing.pointer * np.sin(gaze))
     _disc(image, bounds, np.array([x, y]), 5, BODY)

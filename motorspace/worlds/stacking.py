@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 
 from motorspace._errors import UserError
+from motorspace.worlds.simulation import to_agents_last
 from motorspace.worlds.world import AbstractWorld, WalledWorld
 
 
@@ -48,6 +49,29 @@ def stack_worlds(worlds: Sequence[AbstractWorld]) -> WalledWorld:
     num_edges = max(len(world.solids) for world in walled)
     padded = [_padded(world, num_walls, num_edges) for world in walled]
     return jax.tree.map(lambda *leaves: jnp.asarray(leaves, jnp.float32), *padded)
+
+
+def deal_worlds(worlds: Sequence[AbstractWorld], num_agents: int) -> WalledWorld:
+    """Return one world whose arrays hold a world for each agent, in the last axis.
+
+    Agent i is in world `i % len(worlds)`. All that takes agents in the last axis takes this world:
+    moves, sensors, free places.
+
+    Args:
+        worlds: One or more, each with walls.
+        num_agents: How many agents there are (N).
+
+    Raises:
+        UserError: As `stack_worlds`.
+
+    Example:
+        >>> from motorspace.worlds.layouts import layout
+        >>> deal_worlds([layout("paper"), layout("empty")], 6).walls.shape
+        (40, 2, 2, 6)
+    """
+    stacked = stack_worlds(worlds)
+    rows = jnp.arange(num_agents) % len(worlds)
+    return to_agents_last(jax.tree.map(lambda leaf: leaf[rows], stacked))
 
 
 def _padded(world: WalledWorld, num_walls: int, num_edges: int) -> WalledWorld:

@@ -53,7 +53,7 @@ def least_gap(
             place,
             lambda least: reach,
         )
-    frames = wall_frame(jnp.moveaxis(walls, 0, -1))
+    frames = wall_frame(jnp.moveaxis(walls, 0, 2))
     nothing_near = jnp.full(place[0].shape, jnp.inf)
     return over_walls(lambda least, wall: jnp.minimum(least, gap(wall)), nothing_near, frames)
 
@@ -87,7 +87,7 @@ def gap_to_move(wall: WallFrame, start: Pose, end: Pose) -> Batch:
 def inside(edges: Walls, x: Batch, y: Batch) -> Bool[Array, "*batch"]:
     """Whether points lie inside the closed polygons drawn by `edges` (even-odd rule)."""
 
-    def cross(side: Batch, edge: Float[Array, "2 2"]) -> Batch:
+    def cross(side: Batch, edge: Float[Array, "2 2 *worlds"]) -> Batch:
         """`side` changes its sign with every edge to the right of the point."""
         (x0, y0), (x1, y1) = edge
         rise = jnp.where(y1 == y0, 1.0, y1 - y0)

@@ -89,7 +89,7 @@ class WalledWorld(AbstractWorld):
     """
 
     walls: Walls = eqx.field(converter=_float32)
-    solids: Float[Array, "E 2 2"] = eqx.field(converter=_float32)
+    solids: Walls = eqx.field(converter=_float32)
     bounds: tuple[float, float, float, float]
     tiles: Tiles | None = None
 
@@ -113,7 +113,9 @@ class WalledWorld(AbstractWorld):
             if np.array_equal(solids[stop - 1, 1], solids[start, 0]):
                 corners.append(solids[start:stop, 0])
                 start = stop
-        return Drawing(self.bounds, np.asarray(self.walls), np.zeros((0, 2)), 1.5, tuple(corners))
+        x_low, y_low, x_high, y_high = map(float, self.bounds)  # arrays in a world of a stack
+        bounds = (x_low, y_low, x_high, y_high)
+        return Drawing(bounds, np.asarray(self.walls), np.zeros((0, 2)), 1.5, tuple(corners))
 
     def free(self, pose: Pose) -> Flags:
         x_low, y_low, x_high, y_high = self.bounds

@@ -111,6 +111,7 @@ HOW_TO = [f"docs/how-to/{name}.md" for name in ("agent", "sensor", "encoder", "r
         "docs/concepts/measures.md",
         *HOW_TO,
         pytest.param("docs/quickstart.md", marks=pytest.mark.slow),
+        pytest.param("docs/navigation.md", marks=pytest.mark.slow),
     ],
 )
 def test_the_code_of_a_page_runs(page, tmp_path, monkeypatch):

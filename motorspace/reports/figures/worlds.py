@@ -27,7 +27,7 @@ def world_figure(
     """
     figure = new_figure(6, 6)
     axes = figure.add_subplot()
-    _draw_world(axes, world)
+    draw_world(axes, world)
     for pose in poses:
         rays = np.zeros((0, 2, 2)) if sensor is None else sensor.rays(world, pose)
         axes.add_collection(LineCollection(list(rays), colors=SERIES[1], linewidths=0.9))
@@ -48,7 +48,7 @@ def trajectories_figure(world: AbstractWorld, paths: Sequence[Pose]) -> Figure:
     """
     figure = new_figure(6, 6)
     axes = figure.add_subplot()
-    _draw_world(axes, world)
+    draw_world(axes, world)
     for index, path in enumerate(paths):
         x, y, gaze = np.asarray(path.x), np.asarray(path.y), np.asarray(path.gaze)
         colour = SERIES[index % len(SERIES)]
@@ -68,12 +68,13 @@ def layouts_figure(worlds: Mapping[str, AbstractWorld]) -> Figure:
     figure = new_figure(3.1 * len(worlds), 3.3)
     panels = figure.subplots(1, len(worlds), squeeze=False)[0]
     for axes, (name, world) in zip(panels, worlds.items(), strict=True):
-        _draw_world(axes, world)
+        draw_world(axes, world)
         axes.set(title=name, xticks=[], yticks=[])
     return figure
 
 
-def _draw_world(axes: Axes, world: AbstractWorld) -> None:
+def draw_world(axes: Axes, world: AbstractWorld) -> None:
+    """Draw the walls, obstacles and nodes of a world."""
     drawing = world.drawing()
     x_low, y_low, x_high, y_high = drawing.bounds
     axes.add_collection(LineCollection(list(drawing.lines), colors=ink("text"), linewidths=1.8))
