@@ -25,6 +25,7 @@ ROOMS = (
     "reports",
     "training",
     "evaluation",
+    "judge",
     "control",
     "environments",
     "export",
