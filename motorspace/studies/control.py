@@ -48,7 +48,7 @@ def measured(run: "Run", num: int) -> Numbers:
 
     del num
     controller = learn_controller(run)
-    return measure_controller(run, controller) | _guided(run, controller)
+    return measure_controller(run, controller) | dict(_guided(run, controller))
 
 
 def _guided(run: "Run", controller: "Controller") -> Numbers:
