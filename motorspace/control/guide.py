@@ -74,8 +74,8 @@ class Guide:
         return np.asarray(motors[np.argmin(costs)])
 
     def course(self, sensors: Float[np.ndarray, " K"], goal: Float[np.ndarray, " K"]) -> Course:
-        """Of all places where the agent may be, and all that look like the goal, the likeliest pair
-        within reach."""
+        """The likeliest pair, within reach, of a place where the agent may be and one that looks
+        like the goal."""
         here, there = self.judge.where(sensors), self.judge.where(goal)
         first, second = np.meshgrid(*map(np.arange, (len(here.weight), len(there.weight))))
         pairs = first.ravel(), second.ravel()
@@ -94,11 +94,7 @@ class Guide:
         known = (known - centre[:, None]).T
         gram = known.T @ known + 1e-3 * len(near) * np.eye(known.shape[1])
         slopes = np.linalg.solve(gram, known.T @ (self.codes[near] - level))
-        # No farther than the sequences of the bank lead.
         off = _features(moved[:, None])[:, 0] - centre
-        off *= min(
-            1.0, 2 * np.sqrt(np.mean(known**2) * len(centre)) / max(np.hypot.reduce(off), 1e-9)
-        )
         return np.asarray(level + off @ slopes)
 
     def free(
