@@ -230,7 +230,8 @@ def _view(
 ) -> tuple[Float[Array, "P K"], Bool[Array, " P"]]:
     """What is seen at the ends, and whether a wall hides them from where the agent starts.
 
-    
+    `pairs` holds the starts and the ends. An end that lies just behind a wall cannot be right: it
+    is taken to be just before it.
     """
     (x, y, _), ends = pairs
     dx, dy = ends[0] - x, ends[1] - y
