@@ -65,12 +65,12 @@ def calibrate(run: Run, *, key: Key) -> Calibration:
     """
     scenario = simulated(run.config.data).scenario()
     random_key, straight_key, command_key, code_key = jax.random.split(key, 4)
-    sizes = {"num_steps": NUM_STEPS, "num_walks": NUM_WALKS}
     # Random commands show what each does; long straight ways show the least bias.
-    walked = joined(
-        walk(scenario, **sizes, straight=False, key=random_key),
-        walk(scenario, **sizes, key=straight_key),
-    )
+    walks = [
+        walk(scenario, num_steps=NUM_STEPS, num_walks=NUM_WALKS, straight=straight, key=walk_key)
+        for straight, walk_key in ((False, random_key), (True, straight_key))
+    ]
+    walked = joined(*walks)
     learned = distilled(run, key=command_key)
     nowhere = Mounting(np.zeros(0), np.zeros(2), 0.0)
     frames = Calibrated(learned.odometry, nowhere).frames(walked)
@@ -212,7 +212,7 @@ class Judge:
         pairs = np.pad(np.stack([starts, ends]), ((0, 0), (0, 0), (0, -num % size)), mode="edge")
         angles = jnp.asarray(self.calibration.body.mounting.angles, jnp.float32)
         chunks = np.split(pairs.astype(np.float32), pairs.shape[-1] // size, axis=-1)
-        viewed = [_view(self.walls, *jnp.asarray(chunk), angles) for chunk in chunks]
+        viewed = [_view(self.walls, jnp.asarray(chunk), angles) for chunk in chunks]
         seen, hidden = (
             np.concatenate([np.asarray(v) for v in part]) for part in zip(*viewed, strict=True)
         )
@@ -226,13 +226,14 @@ def _met(mounting: Mounting, sensors: Float[np.ndarray, "S K"]) -> Bool[np.ndarr
 
 @eqx.filter_jit
 def _view(
-    walls: WallMap, starts: Float[Array, "3 P"], ends: Float[Array, "3 P"], angles: Array
+    walls: WallMap, pairs: Float[Array, "2 3 P"], angles: Float[Array, " K"]
 ) -> tuple[Float[Array, "P K"], Bool[Array, " P"]]:
     """What is seen at the ends, and whether a wall hides them from where the agent starts.
 
-    An end that lies just behind a wall cannot be right: it is taken to be just before it.
+    `pairs` holds the starts and the ends. An end that lies just behind a wall cannot be right: it
+    is taken to be just before it.
     """
-    x, y, _ = starts
+    (x, y, _), ends = pairs
     dx, dy = ends[0] - x, ends[1] - y
     bearing, distance = jnp.arctan2(dy, dx), jnp.hypot(dx, dy)
     free = walls.ranges(jnp.stack([x, y, bearing]), jnp.zeros(1))[:, 0]

@@ -21,7 +21,7 @@ class Lines(NamedTuple):
         middle: The points' mean in each cell, [2, L].
         normal: The unit vector across each line, [2, L].
         spread: Variance of the points along and across the line, [2, L].
-        count: Points in each cell, [L].
+        num_points: Points in each cell, [L].
         off: How far each point is off its line, [P].
         weight: What each point counts, [P], from 0 to 1.
     """
@@ -30,13 +30,13 @@ class Lines(NamedTuple):
     middle: Float[np.ndarray, "2 L"]
     normal: Float[np.ndarray, "2 L"]
     spread: Float[np.ndarray, "2 L"]
-    count: Int[np.ndarray, " L"]
+    num_points: Int[np.ndarray, " L"]
     off: Float[np.ndarray, " P"]
     weight: Float[np.ndarray, " P"]
 
     def usable(self, ratio: float) -> np.ndarray:
         """Which points [P] are in cells whose variance along is `ratio` times that across."""
-        thin = (self.count >= FEWEST) & (self.spread[0] > ratio * self.spread[1])
+        thin = (self.num_points >= FEWEST) & (self.spread[0] > ratio * self.spread[1])
         return np.asarray(thin[self.cells])
 
 
