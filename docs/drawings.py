@@ -188,10 +188,14 @@ FLOORS = (
     (("training", "configuration, the loop, the folder of a run", PURPLE),),
     (
         ("evaluation", "errors, structure", GREEN),
+        ("judge", "a map of its own", PURPLE),
+    ),
+    (
         ("environments", "Gymnasium", ORANGE),
         ("control", "goals, plans", ORANGE),
         ("export", "arrays, ONNX", ORANGE),
     ),
+    (("navigation", "tasks, planner, policies", ORANGE),),
     (("running", "jobs, executors, sweeps", FAINT),),
     (("studies", "one file per question", FAINT),),
     (("cli", "one file per family of commands", FAINT),),
@@ -201,7 +205,8 @@ FLOORS = (
 
 def data() -> Figure:
     """The import order: data flows up, imports point down."""
-    figure, axes = canvas(820, 640)
+    height = 68 * len(FLOORS) + 28
+    figure, axes = canvas(820, height)
     for floor, rooms in enumerate(FLOORS):
         y, width = 46 + 68 * floor, 660 / len(rooms) - 10
         for place, (name, text, colour) in enumerate(rooms):
@@ -209,10 +214,10 @@ def data() -> Figure:
             box(axes, Point(x, y), (width, 54), "", colour)
             axes.text(x, y + 10, name, ha="center", va="center", weight="bold", fontsize=10.5)
             axes.text(x, y - 11, text, ha="center", va="center", fontsize=9)
-    ways = (45, 20, 612, BLUE, "data"), (780, 612, 20, FAINT, "imports")
+    ways = (45, 20, height - 28, BLUE, "data"), (780, height - 28, 20, FAINT, "imports")
     for x, low, high, colour, name in ways:
         arrow(axes, Point(x, low), Point(x, high), colour)
-        axes.text(x, 626, name, color=colour, weight="bold", ha="center", va="center")
+        axes.text(x, height - 14, name, color=colour, weight="bold", ha="center", va="center")
     return figure
 
 
