@@ -53,7 +53,7 @@ def bounded_memory() -> Iterator[None]:
 
 LINUX = sys.platform == "linux"
 PAGE = 4096
-MOST_BYTES = 1_200_000_000
+MOST_BYTES = 1_500_000_000
 
 
 def _forget() -> None:

@@ -73,7 +73,7 @@ class Measure:
 
 FIELDS = {
     "component": "longitudinal|lateral|cos|sin|worst",
-    "kind": "[a-z_]+",
+    "kind": "[a-z_0-9]+",
     "map": "linear|bilinear|network",
     "side": "left|right",
 }
