@@ -62,7 +62,14 @@ def log(tmp_path):
     return path
 
 
-@pytest.mark.parametrize("script", SCRIPTS)
+LONG = ("first_steps", "own_classes")
+"""Those that train for long; what they show is tested in smaller pieces as well."""
+
+
+@pytest.mark.parametrize(
+    "script",
+    [pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in SCRIPTS],
+)
 def test_an_example_runs(script, capsys, tmp_path):
     source = (EXAMPLES / f"{script}.py").read_text()
     small = re.sub(r"epochs=(\d+)", lambda found: f"epochs={int(found[1]) // 20 or 1}", source)

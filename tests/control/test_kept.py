@@ -104,6 +104,7 @@ def test_a_plan_on_the_command_line(run, capsys):
     assert json.loads(capsys.readouterr().out)["miss"] >= 0
 
 
+@pytest.mark.slow
 def test_a_controller_is_learned_where_there_is_none_and_measured(run, capsys, tmp_path):
     import shutil
 

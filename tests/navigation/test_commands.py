@@ -53,6 +53,7 @@ def test_a_policy_is_learned_for_the_body_of_the_run(policy):
     assert trained.config == config_of(policy)
 
 
+@pytest.mark.slow
 def test_it_is_measured_beside_chance_and_the_planner(policy, capsys):
     main(["navigate", "evaluate", str(policy), "--num", "4", "--json"])
     shown = json.loads(capsys.readouterr().out)
@@ -62,6 +63,7 @@ def test_it_is_measured_beside_chance_and_the_planner(policy, capsys):
     assert json.loads((policy / "evaluation.json").read_text()) == shown
 
 
+@pytest.mark.slow
 def test_episodes_become_moving_pictures(policy, tmp_path, capsys):
     path = tmp_path / "some.gif"
     main(["navigate", "watch", str(policy), "--num", "1", "--goal", "1.5", "0", "--out", str(path)])

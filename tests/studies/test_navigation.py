@@ -28,6 +28,7 @@ def test_every_target_and_head_is_a_measure():
     assert all(map(known_measure, [*keys, *navigation.HEADS.values()]))
 
 
+@pytest.mark.slow
 def test_a_row_is_learned_and_measured(monkeypatch):
     config = changed(TINY, {"encoder": "matrix_product", "code_size": 6})
     small = {
