@@ -150,6 +150,7 @@ def test_the_structure_of_a_run_is_measured(copied, capsys, tmp_path):
     assert "not from a log; leave out --data" in refused(capsys, "topology", copied, "--data", page)
 
 
+@pytest.mark.slow
 def test_matrices_have_a_standard_form(tmp_path, capsys):
     folder, page = tmp_path / "run", tmp_path / "page.html"
     words = ["--preset", "best", "--restarts", "1", *BRIEF, "--code-size", "6", *flags()[:4]]

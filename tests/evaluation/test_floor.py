@@ -85,6 +85,7 @@ def test_poses_are_left_out_from_which_the_trajectory_was_impossible(getkey):
     assert found.mean[0, 0] == pytest.approx(height + mean_sine, abs=0.05)
 
 
+@pytest.mark.slow
 def test_a_room_seen_to_all_its_ends_leaves_nothing_to_guess(getkey, tmp_path):
     # Its four quarter turns look alike, and so does what lies ahead in each of them.
     room = tmp_path / "room.layout"
