@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from motorspace.cli.located import data_of
 from motorspace.cli.parsing import CommandParser, Usage, count, note, number, seed
 from motorspace.cli.show import show
+from motorspace.control.goals import METHODS
 
 if TYPE_CHECKING:
     from motorspace.control.controller import Controller
@@ -16,8 +17,6 @@ if TYPE_CHECKING:
 
 FAR_OFF = 0.5
 """A plan that misses by more, in standard deviations of codes, is a person's concern."""
-
-METHODS = ("amortised", "hybrid", "shooting", "cross_entropy", "descent")
 
 
 def configure(parser: CommandParser, words: Sequence[str]) -> None:

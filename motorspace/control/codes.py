@@ -38,11 +38,18 @@ def random_sequence(commands: CommandSpace, horizon: int, *, key: Key) -> Motors
     return jax.vmap(lambda k: commands.sample(key=k))(jax.random.split(key, horizon))
 
 
-def examples(model: Model, commands: CommandSpace, size: tuple[int, int], *, key: Key) -> Examples:
-    """Random motor sequences of a (number, horizon), with their codes."""
+def random_sequences(
+    commands: CommandSpace, size: tuple[int, int], *, key: Key
+) -> Float[Array, "N T M"]:
+    """Uniformly random motor sequences of a (number, horizon)."""
     num, horizon = size
     keys = jax.random.split(key, num)
-    motors = jax.vmap(lambda k: random_sequence(commands, horizon, key=k))(keys)
+    return jax.vmap(lambda k: random_sequence(commands, horizon, key=k))(keys)
+
+
+def examples(model: Model, commands: CommandSpace, size: tuple[int, int], *, key: Key) -> Examples:
+    """Random motor sequences of a (number, horizon), with their codes."""
+    motors = random_sequences(commands, size, key=key)
     return Examples(motors, jax.vmap(lambda m: encode(model, m))(motors))
 
 

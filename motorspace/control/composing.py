@@ -1,7 +1,5 @@
 """What is left of a goal after a part of the way: h(remaining) from h(goal) and what was done."""
 
-from typing import NamedTuple
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -9,6 +7,7 @@ from jaxtyping import Array, Bool, Float
 
 from motorspace._types import Code, Count, Motor, Motors
 from motorspace.models.encoders.base import Matrix
+from motorspace.models.encoders.matrix_product import matrix_size
 from motorspace.models.model import Model
 from motorspace.worlds.spaces import ContinuousCommands
 
@@ -32,25 +31,10 @@ def held(commands: ContinuousCommands, motors: Motors, num: Count) -> Motors:
     return jnp.where(jnp.arange(len(motors))[:, None] < num, motors, rest[None])
 
 
-class Done(NamedTuple):
-    """Commands that were carried out, and which of them a wall took the translation from."""
-
-    motors: Motors
-    blocked: Bool[Array, " L"]
-
-
 def is_product(model: Model) -> bool:
     """Whether codes are products of matrices."""
     motor = jax.ShapeDtypeStruct((len(model.scaling.motors),), jnp.float32)
     return eqx.filter_eval_shape(model.encoder.matrices, motor) is not None
-
-
-def executed(commands: ContinuousCommands, done: Done) -> Motors:
-    """The commands as they happened: without the translation that a wall took away."""
-    channels = jnp.array(
-        [channel in commands.translating for channel in range(commands.size)], bool
-    )
-    return jnp.where(done.blocked[:, None] & channels[None], 0.0, done.motors)
 
 
 def chained(model: Model, motors: Motors, carried_out: Bool[Array, " L"]) -> Matrix:
@@ -78,7 +62,7 @@ def remaining(model: Model, goal: Code, motors: Motors, carried_out: Bool[Array,
 
 def as_matrix(code: Code) -> Matrix:
     """The matrix whose first n - 1 rows are the code."""
-    size = round((1 + (1 + 4 * len(code)) ** 0.5) / 2)
+    size = matrix_size(len(code))
     last: Float[Array, "1 n"] = jnp.eye(size)[-1:]
     return jnp.concatenate([code.reshape(size - 1, size), last])
 

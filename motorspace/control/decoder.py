@@ -22,9 +22,7 @@ def squash(commands: ContinuousCommands, logits: Logits) -> Motors:
 
 def unsquash(commands: ContinuousCommands, motors: Motors) -> Logits:
     """The logits of a motor sequence, at most `STEEPEST`."""
-    low, high = (jnp.array(bound, jnp.float32)[None] for bound in (commands.low, commands.high))
-    share = (motors - low) / (high - low)
-    return jax.scipy.special.logit(share).clip(-STEEPEST, STEEPEST)
+    return jax.scipy.special.logit(commands.shares(motors.T).T).clip(-STEEPEST, STEEPEST)
 
 
 class Decoder(eqx.Module):

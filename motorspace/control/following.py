@@ -7,7 +7,6 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from motorspace._types import Code, Key, Motors, Pose
-from motorspace.control.composing import Done, executed
 from motorspace.control.controller import Controller
 from motorspace.control.planning import USUAL, Effort, Method, code_target, reach
 from motorspace.worlds.scenario import Scenario
@@ -64,10 +63,9 @@ def follow(
         target = code_target(controller, near)
         motors = reach(controller, target, method, effort, key=key)
         poses, blocked, done = carry_out(scenario, pose, motors)
-        happened = executed(controller.commands, Done(motors, blocked))
+        happened = controller.commands.without_translation(motors.T, blocked).T
         left = controller.remaining(goal, happened, done)
-        last = jax.tree.map(lambda field: field[-1], poses)
-        return (last, left), (motors, poses, blocked, done)
+        return (last_of(poses), left), (motors, poses, blocked, done)
 
     _, (motors, poses, blocked, done) = jax.lax.scan(
         round_of, (start, goal), jax.random.split(key, rounds)
@@ -75,6 +73,11 @@ def follow(
     flat = jax.tree.map(lambda field: field.reshape(-1, *field.shape[2:]), (motors, poses))
     along = jax.tree.map(lambda first, rest: jnp.concatenate([first[None], rest]), start, flat[1])
     return Way(flat[0], along, blocked.reshape(-1), done.reshape(-1))
+
+
+def last_of(poses: Pose) -> Pose:
+    """The last of poses in order of time."""
+    return jax.tree.map(lambda field: field[-1], poses)
 
 
 Each = Bool[Array, " T"]

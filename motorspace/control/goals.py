@@ -3,10 +3,15 @@
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 from motorspace._errors import UserError
 
 Numbers = tuple[float, ...]
+
+Method = Literal["amortised", "hybrid", "shooting", "cross_entropy", "descent"]
+"""How a goal is planned for: decoded, decoded and refined, or searched for."""
+METHODS: tuple[Method, ...] = get_args(Method)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import numpy as np
 
 from motorspace._types import Key, Pose
 from motorspace.control.controller import Controller
-from motorspace.control.following import carry_out
+from motorspace.control.following import carry_out, last_of
 from motorspace.control.guide import Guide
 from motorspace.control.sensor_trials import away, places
 from motorspace.control.trials import Trials
@@ -43,8 +43,7 @@ def guided_trials(
     def end(index: int, key: Key) -> Pose:
         motors = guide.plan(now[index], np.asarray(wanted.sensors[index]), key=key)
         start = jax.tree.map(lambda field: field[index], wanted.start)
-        poses = step(start, jnp.asarray(motors, jnp.float32))
-        return jax.tree.map(lambda field: field[-1], poses)
+        return last_of(step(start, jnp.asarray(motors, jnp.float32)))
 
     ends = [end(index, k) for index, k in enumerate(jax.random.split(key, num))]
     return away(jax.tree.map(lambda *fields: jnp.stack(fields), *ends), wanted.goal)

@@ -217,5 +217,4 @@ RANDOM_SPREAD = (1 / 6) ** 0.5
 
 def scaled(commands: ContinuousCommands, motors: Motors) -> Float[Array, " D"]:
     """A motor sequence as shares of the way from lower to upper bounds, in one row."""
-    low, high = (jnp.array(bound)[None] for bound in (commands.low, commands.high))
-    return ((motors - low) / (high - low)).reshape(-1)
+    return commands.shares(motors.T).T.reshape(-1)

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -16,12 +16,9 @@ from motorspace._types import Code, Key, Motors, Scalar, Sensors
 from motorspace.control.codes import encode
 from motorspace.control.controller import Controller
 from motorspace.control.decoder import Logits, squash, unsquash
-from motorspace.control.goals import CodeGoal, DisplacementGoal, Goal, SensorGoal
+from motorspace.control.goals import METHODS, CodeGoal, DisplacementGoal, Goal, Method, SensorGoal
 from motorspace.control.refine import levenberg_marquardt
 from motorspace.control.search import cross_entropy, descent, shooting
-
-Method = Literal["amortised", "hybrid", "shooting", "cross_entropy", "descent"]
-METHODS: tuple[Method, ...] = get_args(Method)
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,10 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from motorspace._types import Displacement, Key, Motors, Pose
-from motorspace.control.codes import fit_probe, random_sequence
+from motorspace.control.codes import fit_probe, random_sequences
 from motorspace.control.composing import is_product
 from motorspace.control.controller import Controller
-from motorspace.control.following import follow
+from motorspace.control.following import follow, last_of
 from motorspace.control.planning import USUAL, Effort, Method, code_target, reach
 from motorspace.control.sensor_trials import away, places, sensor_trials
 from motorspace.control.trials import (
@@ -103,11 +103,8 @@ def _random(
     controller: Controller, agent: AbstractAgent, goals: Float[Array, "N 3"], *, key: Key
 ) -> Trials:
     """What chance reaches: a random sequence for each goal."""
-
-    def one(key: Key) -> Motors:
-        return random_sequence(agent.commands, controller.horizon, key=key)
-
-    return judged(agent, jax.vmap(one)(jax.random.split(key, len(goals))), goals, 0.0)
+    size = len(goals), controller.horizon
+    return judged(agent, random_sequences(agent.commands, size, key=key), goals, 0.0)
 
 
 @eqx.filter_jit
@@ -155,8 +152,7 @@ def far_trials(controller: Controller, agent: AbstractAgent, num: int, *, key: K
             goal, key = case
             code = controller.probe(goal)
             way = follow(controller, scenario, middle, code, rounds=ROUNDS, key=key)
-            end = jax.tree.map(lambda field: field[-1], way.poses)
-            return relative(middle.frame, end.frame)
+            return relative(middle.frame, last_of(way.poses).frame)
 
         return jax.lax.map(one, (goals, keys), batch_size=CHUNK_SIZE)
 

@@ -8,7 +8,7 @@ import optax
 from jaxtyping import Array, Float
 
 from motorspace._types import Key, Motors, Scalar
-from motorspace.control.codes import random_sequence
+from motorspace.control.codes import random_sequences
 from motorspace.control.decoder import Logits, squash
 from motorspace.worlds.spaces import CommandSpace, ContinuousCommands
 
@@ -23,9 +23,7 @@ LEAST_SPREAD = 0.01
 
 def shooting(cost: Cost, commands: CommandSpace, size: tuple[int, int], *, key: Key) -> Motors:
     """The best of random sequences; `size` is (how many, T)."""
-    num, horizon = size
-    keys = jax.random.split(key, num)
-    motors = jax.vmap(lambda k: random_sequence(commands, horizon, key=k))(keys)
+    motors = random_sequences(commands, size, key=key)
     return motors[jnp.argmin(jax.vmap(cost)(motors))]
 
 

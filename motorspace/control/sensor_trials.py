@@ -11,11 +11,11 @@ from jaxtyping import Key as KeyArray
 from motorspace._types import Key, Motors, Pose, Sensors
 from motorspace.control.codes import random_sequence
 from motorspace.control.controller import Controller
-from motorspace.control.following import carry_out
+from motorspace.control.following import carry_out, last_of
 from motorspace.control.planning import USUAL, Effort, Method, Target, reach, sensor_target
-from motorspace.control.trials import CHUNK_SIZE, Trials, apart
+from motorspace.control.trials import CHUNK_SIZE, Trials, apart, searched
 from motorspace.worlds.scenario import Scenario
-from motorspace.worlds.simulation import to_rows
+from motorspace.worlds.simulation import rollout, to_rows
 
 
 class Places(NamedTuple):
@@ -33,15 +33,10 @@ def places(scenario: Scenario, num: int, length: int, *, key: Key) -> Places:
         start_key, motor_key = jax.random.split(key)
         start = scenario.start(key=start_key)
         motors = random_sequence(scenario.commands, length, key=motor_key)
-        return start, _end(scenario, start, motors)
+        return start, last_of(rollout(scenario.world, scenario.agent, start, motors))
 
     start, goal = eqx.filter_jit(jax.vmap(one))(jax.random.split(key, num))
     return Places(start, goal, to_rows(scenario.sense(goal)))
-
-
-def _end(scenario: Scenario, start: Pose, motors: Motors) -> Pose:
-    """Where commands lead that walls may block."""
-    return jax.lax.scan(lambda pose, m: (scenario.step(pose, m)[0], None), start, motors)[0]
 
 
 def true_target(scenario: Scenario, start: Pose, goal: Sensors) -> Target:
@@ -50,13 +45,9 @@ def true_target(scenario: Scenario, start: Pose, goal: Sensors) -> Target:
 
     def residual(motors: Motors) -> Float[Array, " R"]:
         pose, *_ = carry_out(scenario, start, motors)
-        last = jax.tree.map(lambda field: field[-1], pose)
-        return (scenario.sense(last) - goal) / scale
+        return (scenario.sense(last_of(pose)) - goal) / scale
 
-    def guesses(num: int, key: Key) -> Float[Array, "S T M"]:
-        raise NotImplementedError("only methods that search can be judged by the simulator")
-
-    return Target(residual, guesses)
+    return searched(residual)
 
 
 @eqx.filter_jit
@@ -83,7 +74,7 @@ def ends(
             )
             motors = reach(controller, target, method, effort, key=key)
             after, *_ = carry_out(scenario, pose, motors)
-            return jax.tree.map(lambda field: field[-1], after), None
+            return last_of(after), None
 
         return jax.lax.scan(round_of, start, keys)[0]
 

@@ -1,6 +1,7 @@
 """How well a controller does: the true simulator judges, on goals that nothing was learned from."""
 
 import time
+from collections.abc import Callable
 from typing import NamedTuple
 
 import equinox as eqx
@@ -13,9 +14,8 @@ from motorspace._types import Displacement, Key, Motors, Pose, Scalar
 from motorspace.control.codes import random_sequence
 from motorspace.control.controller import Controller
 from motorspace.control.decoder import squash
-from motorspace.control.goals import DisplacementGoal
 from motorspace.control.learning import RANDOM_SPREAD, scaled
-from motorspace.control.planning import USUAL, Effort, Method, Target, code_target, plan, reach
+from motorspace.control.planning import USUAL, Effort, Method, Target, code_target, reach
 from motorspace.se2 import wrap
 from motorspace.worlds.agents import AbstractAgent
 from motorspace.worlds.simulation import nominal_displacement
@@ -56,6 +56,15 @@ def displacement_goals(
     return eqx.filter_jit(jax.vmap(one))(jax.random.split(key, num))
 
 
+def searched(residual: Callable[[Motors], Float[Array, " R"]]) -> Target:
+    """What the true simulator judges: it can be searched for, and nothing knows where to start."""
+
+    def guesses(num: int, key: Key) -> Float[Array, "S T M"]:
+        raise NotImplementedError("only methods that search can be judged by the simulator")
+
+    return Target(residual, guesses)
+
+
 def simulator_target(agent: AbstractAgent, goal: Displacement) -> Target:
     """Reach a displacement, judged by the true simulator: what any other judge is held against."""
 
@@ -63,10 +72,7 @@ def simulator_target(agent: AbstractAgent, goal: Displacement) -> Target:
         off = moved(agent, motors) - goal
         return jnp.stack([off[0] / NEAR, off[1] / NEAR, wrap(off[2]) / AIMED])
 
-    def guesses(num: int, key: Key) -> Float[Array, "S T M"]:
-        raise NotImplementedError("only methods that search can be judged by the simulator")
-
-    return Target(residual, guesses)
+    return searched(residual)
 
 
 CHUNK_SIZE = 100
@@ -145,14 +151,3 @@ def diversity(
     keys = jax.random.split(key, len(goals))
     each = [spread(controller, goal, k) for goal, k in zip(goals, keys, strict=True)]
     return float(np.mean(each)) / RANDOM_SPREAD
-
-
-def latency(controller: Controller, goal: DisplacementGoal, num: int = 200) -> float:
-    """Median seconds from the call to the commands of one goal, once everything is compiled."""
-    here = np.zeros(len(controller.model.scaling.sensors), np.float32)
-    seconds = []
-    for _ in range(num + 10):
-        began = time.perf_counter()
-        plan(controller, here, goal)
-        seconds.append(time.perf_counter() - began)
-    return float(np.median(seconds[10:]))

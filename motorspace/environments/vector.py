@@ -22,6 +22,20 @@ Flags = Bool[np.ndarray, " N"]
 Step = tuple[Observations, Float[np.ndarray, " N"], Flags, Flags, dict[str, Any]]
 
 
+METADATA = {
+    "autoreset_mode": AutoresetMode.NEXT_STEP,
+    "render_modes": list(core.RENDER_MODES),
+    "render_fps": 10,
+}
+"""What Gymnasium asks of a class of vector environments."""
+
+
+def with_presence(info: dict[str, Any], num_envs: int) -> dict[str, Any]:
+    """What is known of each copy, marked as Gymnasium asks: every copy has said it."""
+    present = np.ones(num_envs, bool)
+    return info | {f"_{name}": present.copy() for name in info}
+
+
 class ExplorationVectorEnv(core.Compiled, VectorEnv[Observations, Any, Any]):
     """`num_envs` copies of `ExplorationEnv`, with its options, in one compiled step.
 
@@ -29,11 +43,7 @@ class ExplorationVectorEnv(core.Compiled, VectorEnv[Observations, Any, Any]):
     ignores its action.
     """
 
-    metadata = {
-        "autoreset_mode": AutoresetMode.NEXT_STEP,
-        "render_modes": list(core.RENDER_MODES),
-        "render_fps": 10,
-    }
+    metadata = dict(METADATA)
 
     def __init__(
         self,
@@ -99,6 +109,5 @@ class ExplorationVectorEnv(core.Compiled, VectorEnv[Observations, Any, Any]):
         return self._compiled.begin_all(keys)
 
     def _info(self, unpacked: core.Unpacked) -> dict[str, Any]:
-        present = np.ones(self.num_envs, bool)
         known = {"pose": unpacked.pose, "blocked": unpacked.blocked}
-        return known | {f"_{name}": present.copy() for name in known}
+        return with_presence(known, self.num_envs)

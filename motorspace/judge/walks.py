@@ -128,7 +128,7 @@ def _walk(
 
         then, stuck = jax.tree.map(chosen, after), jnp.all(blocked, axis=-1)
         motor = jax.vmap(chosen)(tried)
-        motor = jnp.where(translating[:, None] & stuck[None], 0.0, motor)
+        motor = commands.without_translation(motor, stuck)
         return (then, motor), (motor, scenario.sense(then))
 
     begin = start, sample(jax.random.split(motor_key, num_walks))

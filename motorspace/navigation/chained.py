@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from motorspace._errors import UserError
-from motorspace._types import Flags, Key, Motor, Pose
+from motorspace._types import Key, Motor, Pose
 from motorspace.models.model import Model
 from motorspace.navigation.observations import FAR, AbstractPart, Memory, Moment, Rows
 from motorspace.navigation.tasks import AbstractNavigation, Bounds, body
@@ -57,7 +57,7 @@ class ChainedCode(AbstractPart):
         return unit.at[:-1].set(code.reshape(-1, len(unit), num))
 
     def update(self, memory: Memory, moment: Moment) -> Memory:
-        motor = without_translation(self.agent, moment.motor, moment.blocked)
+        motor = self.agent.commands.without_translation(moment.motor, moment.blocked)
         return multiplied(inverted(command_matrices(self.model, motor)), memory)
 
     def read(self, memory: Memory, moment: Moment) -> Rows:
@@ -139,13 +139,6 @@ def command_matrices(model: Model, motor: Float[Array, "M N"]) -> Matrices:
         return found[0]
 
     return jax.vmap(one, in_axes=-1, out_axes=-1)(motor)
-
-
-def without_translation(agent: AbstractAgent, motor: Motor, blocked: Flags) -> Motor:
-    """Commands as a wall leaves them: those that it blocked do not move the body."""
-    moves = np.zeros((len(motor), 1), bool)
-    moves[list(agent.commands.translating)] = True
-    return jnp.where(moves & blocked[None], 0.0, motor)
 
 
 def multiplied(left: Matrices, right: Matrices) -> Matrices:

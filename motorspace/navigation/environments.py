@@ -7,13 +7,14 @@ import gymnasium
 import jax
 import jax.numpy as jnp
 import numpy as np
-from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector import VectorEnv
 from gymnasium.vector.utils import batch_space
 from jaxtyping import Float, UInt8
 
 from motorspace._errors import UserError
 from motorspace.environments import core
 from motorspace.environments.render import render
+from motorspace.environments.vector import METADATA, with_presence
 from motorspace.navigation import copies
 from motorspace.navigation.arenas import codes_of
 from motorspace.navigation.given import given_problem
@@ -144,11 +145,7 @@ class NavigationVectorEnv(_Navigation, VectorEnv[Observations, Any, Any]):
     ignores its action; it may begin anew in another layout.
     """
 
-    metadata = {
-        "autoreset_mode": AutoresetMode.NEXT_STEP,
-        "render_modes": list(core.RENDER_MODES),
-        "render_fps": 10,
-    }
+    metadata = dict(METADATA)
 
     def __init__(
         self,
@@ -204,8 +201,7 @@ class NavigationVectorEnv(_Navigation, VectorEnv[Observations, Any, Any]):
         return tuple(self._picture(number) for number in range(self.num_envs))
 
     def _info(self, seen: copies.Seen) -> dict[str, Any]:
-        present = np.ones(self.num_envs, bool)
-        return seen.info | {f"_{name}": present.copy() for name in seen.info}
+        return with_presence(seen.info, self.num_envs)
 
 
 def _of_one(seen: copies.Seen) -> dict[str, Any]:

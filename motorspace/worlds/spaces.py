@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from motorspace._errors import UserError
-from motorspace._types import Key, Motor
+from motorspace._types import Flags, Key, Motor
 
 Bounds = tuple[float, ...]
 
@@ -41,6 +41,11 @@ class AbstractCommands(abc.ABC):
     @abc.abstractmethod
     def clip(self, motor: Motor) -> Motor:
         """The nearest command within the bounds."""
+
+    def without_translation(self, motor: Motor, blocked: Flags) -> Motor:
+        """Commands as a wall leaves them: those that it blocked do not move the body."""
+        moves = tuple(channel in self.translating for channel in range(self.size))
+        return jnp.where(_channels(moves, motor) & blocked[None], 0.0, motor)
 
 
 @dataclass(frozen=True)
@@ -97,6 +102,11 @@ class ContinuousCommands(AbstractCommands):
         """The commands at shares in [0, 1] of the way from `low` to `high`; NumPy or JAX."""
         xp = share.__array_namespace__()
         return self._stretched(xp.where(_channels(self._symmetric, share), 2 * share - 1, share))
+
+    def shares(self, motor: Motor) -> Float[Array, "M *batch"]:
+        """How far commands are on the way from `low` to `high`: the inverse of `spread`."""
+        low, high = (_channels(bound, motor) for bound in (self.low, self.high))
+        return (motor - low) / (high - low)
 
     def _stretched(self, share: Float[Any, "M *batch"]) -> Float[Any, "M *batch"]:
         """From shares in [-1, 1], in [0, 1] where a channel is not symmetric, to commands."""

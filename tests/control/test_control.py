@@ -13,11 +13,9 @@ from motorspace._errors import UserError
 from motorspace._types import Pose
 from motorspace.control.codes import encode, whitening
 from motorspace.control.composing import (
-    Done,
     as_code,
     as_matrix,
     chained,
-    executed,
     held,
     is_product,
     remaining,
@@ -186,7 +184,8 @@ def test_an_agent_that_holds_stands_still_and_looks_where_it_looks():
 
 def test_a_blocked_command_turns_and_does_not_move(controller):
     motors = sequence((0.5, 1.0), (0.2, 0.3))
-    happened = executed(controller.commands, Done(motors, jnp.array([True, False])))
+    blocked = jnp.array([True, False])
+    happened = controller.commands.without_translation(motors.T, blocked).T
     np.testing.assert_allclose(happened, [(0.5, 0.0), (0.2, 0.3)])
     np.testing.assert_allclose(
         as_code(chained(controller.model, happened, jnp.array([True, True]))),
