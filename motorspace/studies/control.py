@@ -13,10 +13,8 @@ from motorspace.training.presets import PresetName
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from motorspace.control.controller import Controller
     from motorspace.training.run import Run
 
-GUIDED_SEED = 3_000_029
 ROTATIONS = (0.2, 0.4, 0.8)
 """Largest rotations, in units of pi."""
 PAPER = ("forward", 0.4)
@@ -47,25 +45,7 @@ def measured(run: "Run", num: int) -> Numbers:
     from motorspace.control.scores import measure_controller
 
     del num
-    controller = learn_controller(run)
-    return measure_controller(run, controller) | dict(_guided(run, controller))
-
-
-def _guided(run: "Run", controller: "Controller") -> Numbers:
-    """Goals of readings with a judge that knows the place, where it can read codes and readings."""
-    import jax
-
-    from motorspace._errors import UserError
-    from motorspace.control.guided_trials import guided_trials
-
-    try:
-        trials = guided_trials(run, controller, key=jax.random.key(GUIDED_SEED))
-    except UserError:
-        return {}
-    return {
-        "control.sensors.guided": trials.success(),
-        "control.sensors.loose.guided": trials.success(2.0),
-    }
+    return measure_controller(run, learn_controller(run))
 
 
 def figure(found: Sequence[Row]) -> "Figure":
@@ -84,7 +64,7 @@ SEARCH = tuple(
     f"{SUCCESS}.{kind}"
     for kind in ("cross_entropy", "simulated_cross_entropy", "shooting", "simulated_shooting")
 )
-SENSORS = tuple(f"control.sensors.{kind}" for kind in ("hybrid", "guided", "simulated", "stay"))
+SENSORS = tuple(f"control.sensors.{kind}" for kind in ("hybrid", "simulated", "stay"))
 
 STUDY = Study(
     name="control",
