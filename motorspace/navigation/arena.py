@@ -32,6 +32,8 @@ class State(NamedTuple):
     potential: Float[Array, " N"]
     """What the shaped reward is a difference of; 0 without it."""
     seen: Seen
+    bumped: Flags
+    """Whether the agent senses that a wall took its last translation away."""
     memory: Memory
     """What the observer remembers."""
     observation: Float[Array, "O N"]
@@ -85,6 +87,11 @@ class Arena(eqx.Module):
         return int(self.problems.distance.shape[-1])
 
     @property
+    def commands_per_action(self) -> int:
+        """Commands that an action makes."""
+        return 1
+
+    @property
     def num_problems(self) -> int:
         """How many problems there are for each agent (P)."""
         return len(self.problems.distance)
@@ -127,6 +134,7 @@ class Arena(eqx.Module):
             zero,
             potential,
             self.task.begin(problem),
+            zero > 0,
             memory,
             self.observer.read(memory, moment),
         )
@@ -162,6 +170,7 @@ class Arena(eqx.Module):
             state.walked + jnp.where(acted, moved, 0.0),
             potential,
             jnp.where(acted[None], seen, state.seen),
+            moment.blocked,
             memory,
             self.observer.read(memory, moment),
         )

@@ -16,13 +16,14 @@ from matplotlib.patches import Circle
 
 from motorspace._errors import UserError
 from motorspace._types import Key, Pose
-from motorspace.navigation.actors import AbstractActor, Learned
+from motorspace.navigation.actors import AbstractActor
 from motorspace.navigation.arena import Arena
 from motorspace.navigation.arenas import Size, arena_of
 from motorspace.navigation.copies import of_layouts
 from motorspace.navigation.evaluation import run_episode
 from motorspace.navigation.given import given_problem
 from motorspace.navigation.learning import TrainedPolicy
+from motorspace.navigation.measuring import actor_of
 from motorspace.reports.figures.style import SERIES, ink, new_figure, styled
 from motorspace.reports.figures.worlds import draw_world
 from motorspace.worlds.scenario import Scenario
@@ -60,7 +61,7 @@ def episodes_of(
         UserError: As `given_problem`.
     """
     config = replace(trained.config, num_layouts=num)
-    key, actor = jax.random.key(seed), Learned(trained.policy, sampled)
+    key, actor = jax.random.key(seed), actor_of(trained, sampled=sampled)
     arena = arena_of(config, trained.codes, split, Size(num, 1), key=key)
     each = [of_layouts(arena, jnp.array([number])) for number in range(num)]
     return [_episode(one, actor, goal, jax.random.fold_in(key, n)) for n, one in enumerate(each)]
