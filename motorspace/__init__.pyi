@@ -50,6 +50,7 @@ from .recordings.windows import windows as windows
 from .reports.codes_view import codes_view as codes_view
 from .reports.figures.answers import answers_figure as answers_figure
 from .reports.figures.codes import codes_figure as codes_figure
+from .reports.figures.films import ways_film as ways_film
 from .reports.figures.measures import curves_figure as curves_figure
 from .reports.figures.measures import learning_figure as learning_figure
 from .reports.figures.worlds import trajectories_figure as trajectories_figure
