@@ -7,15 +7,20 @@ It has learned that of the codes of single sequences: there is none for what is 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from motorspace._types import Code, Motor
-from motorspace.control.codes import Probe, Whitening, encode
+from motorspace.control.codes import Probe, Whitening, blank_probe, encode, examples, fit_probe
 from motorspace.control.composing import Remainder, held
-from motorspace.control.controller import Controller
+from motorspace.control.controller import Controller, blank_controller
+from motorspace.control.learning import ControlConfig, Task, learn_remainder
 from motorspace.models.model import Model
 from motorspace.navigation.observations import FAR, AbstractPart, Memory, Moment, Rows
 from motorspace.navigation.tasks import AbstractNavigation, Bounds
+from motorspace.training.data import simulated
+from motorspace.training.run import Run
+from motorspace.trajectories.commands import nominal
 from motorspace.worlds.agents import AbstractAgent
 from motorspace.worlds.scenario import Scenario
 from motorspace.worlds.spaces import ContinuousCommands
@@ -88,11 +93,31 @@ def blank_composition(
     size, width_size, depth, horizon = sizes
     network = eqx.nn.MLP(2 * size, size, width_size, depth, jax.nn.relu, key=jax.random.key(0))
     whitening = Whitening(jnp.zeros(size), jnp.zeros((size, size)))
-    probe = Probe(jnp.zeros(size), jnp.zeros((4, size)))
-    return Composition(Remainder(network), whitening, probe, commands, horizon)
+    return Composition(Remainder(network), whitening, blank_probe(size), commands, horizon)
 
 
 def composition_sizes(known: Composition) -> tuple[int, int, int, int]:
     """Units of a code, width and depth of the network, commands of a sequence."""
     mlp = known.remainder.mlp
     return len(known.whitening.centre), mlp.width_size, mlp.depth, known.horizon
+
+
+def learn_composition(run: Run, config: ControlConfig) -> Composition:
+    """Returns the composition of a run's codes, learned without the rest of its controller.
+
+    Raises:
+        UserError: As `learn_controller`.
+    """
+    blank = blank_controller(run, config)
+    task = Task(run.model, blank.commands, blank.whitening, blank.horizon)
+    label_key, key = jax.random.split(jax.random.key(config.seed))
+    sizes = config.labels, blank.horizon
+    labelled = eqx.filter_jit(examples)(run.model, blank.commands, sizes, key=label_key)
+    agent = simulated(run.config.data).scenario().agent
+    return Composition(
+        learn_remainder(task, config, key=key),
+        blank.whitening,
+        fit_probe(nominal(agent, np.asarray(labelled.motors)), labelled.codes),
+        blank.commands,
+        blank.horizon,
+    )

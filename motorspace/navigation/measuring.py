@@ -18,7 +18,7 @@ AGENTS_AT_ONCE = 256
 NUM_PROBLEMS = 2048
 """Problems in seen layouts, and as many in unseen ones, where nobody says another number."""
 
-SPLITS = ("train", "test")
+BOTH = "train+test"
 
 
 def evaluate_policy(
@@ -43,8 +43,9 @@ def evaluate_policy(
         `planner.*` in unseen layouts.
     """
     arena = _arena(trained.config, trained.codes, num, seed)
-    found = _measured(arena, actor_of(trained, sampled=sampled), seed)
-    own = {f"{split}.{name}": v for split in found for name, v in found[split].items()}
+    seen, unseen = _halves(arena, actor_of(trained, sampled=sampled), seed)
+    own = {f"seen.{name}": v for name, v in seen.items()}
+    own |= {f"unseen.{name}": v for name, v in unseen.items()}
     return own | (evaluate_others(trained.config, num=num, seed=seed) if beside else {})
 
 
@@ -59,15 +60,37 @@ def evaluate_others(config: NavigationConfig, *, num: int | None = None, seed: i
     Returns:
         `chance.*` and `planner.*`; of *explore* the planner enters the nearest new cell.
     """
-    blind = replace(config, observe=("ranges",), act="commands")
-    arena = _arena(blind, None, num, seed)
+    arena = _blind_arena(config, num, seed)
     planner = Planner() if arena.task.has_goal else explorer(arena)
     others: dict[str, AbstractActor] = {"chance": Chance(), "planner": planner}
     return {
         f"{row}.{name}": value
         for row, actor in others.items()
-        for name, value in _measured(arena, actor, seed)["unseen"].items()
+        for name, value in _halves(arena, actor, seed)[1].items()
     }
+
+
+def evaluate_in(
+    trained: TrainedPolicy | None,
+    config: NavigationConfig,
+    split: str,
+    *,
+    num: int | None = None,
+    seed: int = 0,
+) -> Numbers:
+    """Return how well a policy solves fresh problems in given layouts.
+
+    Args:
+        trained: The policy; None for chance.
+        config: The task, and the body.
+        split: `"train"`, `"test"`, or the name of a world such as `"paper"`.
+        num: How many problems.
+        seed: The seed of the problems.
+    """
+    if trained is None:
+        return _measured(_blind_arena(config, num, seed, split), Chance(), seed)
+    arena = _arena(config, trained.codes, num, seed, split)
+    return _measured(arena, actor_of(trained, sampled=True), seed)
 
 
 def actor_of(trained: TrainedPolicy, *, sampled: bool) -> AbstractActor:
@@ -78,22 +101,32 @@ def actor_of(trained: TrainedPolicy, *, sampled: bool) -> AbstractActor:
     return LearnedInCodes(trained.policy, codes.code_commands, sampled)
 
 
-def _arena(config: NavigationConfig, codes: Codes | None, num: int | None, seed: int) -> Arena:
+def _arena(
+    config: NavigationConfig, codes: Codes | None, num: int | None, seed: int, split: str = BOTH
+) -> Arena:
     """Seen and unseen layouts in turn, half of the agents in each: all is one program."""
     num = NUM_PROBLEMS if num is None else num
     num_agents = min(num, AGENTS_AT_ONCE)
-    size = Size(2 * num_agents, max(1, num // num_agents))
-    return arena_of(config, codes, "+".join(SPLITS), size, key=_keys(seed)[0])
+    size = Size(len(split.split("+")) * num_agents, max(1, num // num_agents))
+    return arena_of(config, codes, split, size, key=_keys(seed)[0])
 
 
-def _measured(arena: Arena, actor: AbstractActor, seed: int) -> dict[str, Numbers]:
-    """{seen or unseen: its measures}."""
+def _blind_arena(config: NavigationConfig, num: int | None, seed: int, split: str = BOTH) -> Arena:
+    """The same for those who observe nothing that a network makes."""
+    return _arena(replace(config, observe=("ranges",), act="commands"), None, num, seed, split)
+
+
+def _measured(arena: Arena, actor: AbstractActor, seed: int) -> Numbers:
+    return measures(arena, run_episodes(arena, actor, key=_keys(seed)[1]))
+
+
+def _halves(arena: Arena, actor: AbstractActor, seed: int) -> tuple[Numbers, Numbers]:
+    """The measures in seen and in unseen layouts."""
     done = run_episodes(arena, actor, key=_keys(seed)[1])
     seen, unseen = (
-        jax.tree.map(lambda leaf, place=place: leaf[..., place :: len(SPLITS)], done)
-        for place in range(len(SPLITS))
+        jax.tree.map(lambda leaf, place=place: leaf[..., place::2], done) for place in range(2)
     )
-    return {"seen": measures(arena, seen), "unseen": measures(arena, unseen)}
+    return measures(arena, seen), measures(arena, unseen)
 
 
 def _keys(seed: int) -> tuple[Key, Key]:
