@@ -90,7 +90,7 @@ class LearnedInCodes(AbstractActor):
         motors = jax.vmap(self.code_commands)(code)
         shares = jnp.moveaxis(commands.shares(jnp.moveaxis(motors, -1, 0)), 0, -1)
         made = (2 * shares - 1).reshape(len(motors), -1)
-        counted = (hidden[:, -1] + (own >= 0))[:, None]
+        counted = (hidden[:, -1] + (own >= 0).astype(jnp.float32))[:, None]
         first = jnp.concatenate([answer.hidden, made, jnp.zeros_like(counted), counted], axis=1)
         hidden = jnp.where(decides[:, None], first, hidden)
         plan = hidden[:, self.policy.memory_size : -2].reshape(len(motors), horizon, -1)

@@ -160,7 +160,7 @@ class Arena(eqx.Module):
         reward = jnp.where(acted, reward, 0.0)
         truncated = ~terminated & (steps >= problem.num_wander + self.rules.max_steps)
         moved = jnp.hypot(pose.x - state.pose.x, pose.y - state.pose.y)
-        potential = self._potential(problem, pose, terminated, acting)
+        potential = self._potential(state, pose, terminated, acting)
         if self._shaped:
             reward += jnp.where(acted, self.rules.discount * potential - state.potential, 0.0)
         after = State(
@@ -197,14 +197,17 @@ class Arena(eqx.Module):
     def _shaped(self) -> bool:
         return self.rules.shaped and self.task.has_goal
 
-    def _potential(self, problem: Problem, pose: Pose, terminated: Flags, acting: Flags) -> Array:
+    def _potential(self, state: State, pose: Pose, terminated: Flags, acting: Flags) -> Array:
         """Minus the way that is left; 0 at the goal. Before the agent acts it is the whole way."""
         if not self._shaped:
             return jnp.zeros_like(pose.x)
+        problem, setting = state.problem, self.setting
         goal = problem.goal.x, problem.goal.y
-        place, setting = (pose.x, pose.y), self.setting
-        way = way_length(setting.walls, setting.corners, problem.to_goal, goal, place)
-        return jnp.where(terminated, 0.0, -SHAPING * jnp.where(acting, way, problem.distance))
+        way = way_length(setting.walls, setting.corners, problem.to_goal, goal, (pose.x, pose.y))
+        left = -SHAPING * jnp.where(acting, way, problem.distance)
+        # Who touches a wall may be seen from no corner: then nothing is known to have changed.
+        left = jnp.where(jnp.isfinite(left), left, state.potential)
+        return jnp.where(terminated, 0.0, left)
 
 
 def _nth(wander: Float[Array, "W M N"], steps: Int[Array, " N"]) -> Motor:

@@ -50,23 +50,23 @@ def evaluate_policy(
 
 
 def evaluate_others(config: NavigationConfig, *, num: int | None = None, seed: int = 0) -> Numbers:
-    """Return how well chance and the planner solve the problems of `evaluate_policy`, unseen.
+    """Return how well chance and the planner solve problems in unseen layouts.
 
     Args:
         config: The task. What is observed makes no difference.
-        num: As of `evaluate_policy`.
-        seed: As of `evaluate_policy`.
+        num: How many problems.
+        seed: The seed of the problems.
 
     Returns:
         `chance.*` and `planner.*`; of *explore* the planner enters the nearest new cell.
     """
-    arena = _blind_arena(config, num, seed)
+    arena = _blind_arena(config, num, seed, "test")
     planner = Planner() if arena.task.has_goal else explorer(arena)
     others: dict[str, AbstractActor] = {"chance": Chance(), "planner": planner}
     return {
         f"{row}.{name}": value
         for row, actor in others.items()
-        for name, value in _halves(arena, actor, seed)[1].items()
+        for name, value in _measured(arena, actor, seed).items()
     }
 
 

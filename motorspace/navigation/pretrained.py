@@ -36,10 +36,10 @@ class Pretrained(NamedTuple):
     """The network and what determined it."""
     controller: Controller
     """What it needs to act."""
-    policy: TrainedPolicy
-    """It finds home by what it senses and the chained code."""
     card: str
     """Where it comes from, how good it is, and what it cannot do."""
+    policy: TrainedPolicy
+    """It finds home by what it senses and the chained code."""
 
 
 def pretrained_names() -> list[str]:
@@ -69,7 +69,7 @@ def load_pretrained(name: str) -> Pretrained:
         )
     folder = _home() / name
     run, card = load_run(folder), (folder / CARD).read_text()
-    return Pretrained(run, load_controller(folder), _load_policy(folder, run), card)
+    return Pretrained(run, load_controller(folder), card, _load_policy(folder, run))
 
 
 def store_policy(trained: TrainedPolicy, folder: Path) -> None:

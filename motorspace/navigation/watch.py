@@ -152,11 +152,12 @@ def _draw(axes: Axes, episode: Watched, moment: int) -> None:
     draw_world(axes, scenario.world)
     if episode.goal is not None:
         axes.add_patch(Circle(tuple(episode.goal), episode.radius, color=GOAL, alpha=0.35, lw=0))
-        axes.scatter(*episode.goal, marker="*", s=130, color=GOAL, zorder=3, label="goal")
+        x, y = episode.goal
+        axes.scatter([x], [y], marker="*", s=130, color=GOAL, zorder=3, label="goal")
     pose = jax.tree.map(lambda field: jnp.asarray(field[moment]), poses)
     rays = np.asarray(scenario.sensor.rays(scenario.world, pose))
     axes.add_collection(LineCollection(list(rays), colors=RAY, linewidths=0.9, alpha=0.75))
-    axes.scatter(*rays[:, 1].T, s=14, color=RAY, zorder=3, linewidths=0)
+    axes.scatter(rays[:, 1, 0], rays[:, 1, 1], s=14, color=RAY, zorder=3, linewidths=0)
     _draw_way(axes, episode, moment)
     x, y, heading, gaze = (float(v) for v in (pose.x, pose.y, pose.heading, pose.gaze))
     axes.add_patch(Polygon(_body(x, y, heading), color=OWN, zorder=6, lw=0))
@@ -178,9 +179,14 @@ def _draw_way(axes: Axes, episode: Watched, moment: int) -> None:
         x[:1], y[:1], s=90, facecolors="none", edgecolors=ink("muted"), lw=1.8, label="start"
     )
     if episode.num_wander > 0:
-        wander = {"color": ink("muted"), "lw": 1.4, "ls": (0, (3, 2)), "label": "random commands"}
+        wander: dict[str, Any] = {
+            "color": ink("muted"),
+            "lw": 1.4,
+            "ls": (0, (3, 2)),
+            "label": "random commands",
+        }
         axes.plot(x[: away + 1], y[: away + 1], **wander)
-    own = {"color": OWN, "lw": 2.4, "marker": "o", "ms": 4, "label": "its own"}
+    own: dict[str, Any] = {"color": OWN, "lw": 2.4, "marker": "o", "ms": 4, "label": "its own"}
     axes.plot(x[away : moment + 1], y[away : moment + 1], **own)
 
 

@@ -92,6 +92,9 @@ OBSERVATIONS: Mapping[str, Observed] = {
 BESIDE = ("chance", "planner")
 """Rows that learn nothing."""
 
+NUM_BESIDE = 512
+"""Problems for them: a planner that tries many commands takes its time."""
+
 CODES = ("learned", "supervised", "paper")
 
 
@@ -130,7 +133,7 @@ def measured(run: "Run", num: int, *, codes: str, share: float = 1.0) -> Numbers
                 add(task, row, evaluate_policy(trained, beside=False, seed=seed))
             if codes == "learned":
                 config = configuration(run, task, OBSERVATIONS["ranges"], steps, seed)
-                add(task, "", evaluate_others(config, seed=seed))
+                add(task, "", evaluate_others(config, num=NUM_BESIDE, seed=seed))
     return found
 
 

@@ -18,7 +18,7 @@ Learned = Literal["encoder", "predictor"]
 
 
 def adapt(
-    run: Run, data: Simulated, *, learn: Learned, training: TrainingConfig | None = None
+    run: Run, data: Simulated, *, learn: Learned | str, training: TrainingConfig | None = None
 ) -> Run:
     """Return a run whose codes mean what those of another run mean.
 
@@ -65,7 +65,7 @@ def adapt(
     return Run(config, state.selected, tuple(log))
 
 
-def _check(own: Scaling, new: Scaling, learn: Learned) -> None:
+def _check(own: Scaling, new: Scaling, learn: str) -> None:
     same = own.sensors == new.sensors if learn == "encoder" else own.motors == new.motors
     if not same:
         what, other = ("sensors", "predictor") if learn == "encoder" else ("commands", "encoder")
