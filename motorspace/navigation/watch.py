@@ -161,7 +161,7 @@ def _draw(axes: Axes, episode: Watched, moment: int) -> None:
     _draw_way(axes, episode, moment)
     x, y, heading, gaze = (float(v) for v in (pose.x, pose.y, pose.heading, pose.gaze))
     axes.add_patch(Polygon(_body(x, y, heading), color=OWN, zorder=6, lw=0))
-    nose = [x, x + 1.1 * np.cos(gaze)], [y, y + 1.1 * np.sin(gaze)]
+    nose = [x, x + np.cos(gaze)], [y, y + np.sin(gaze)]
     axes.plot(*nose, color=ink("text"), lw=1.6, zorder=7)
     middle, half = _view(episode)
     limits = {name: (m - half, m + half) for name, m in zip(("xlim", "ylim"), middle, strict=True)}
