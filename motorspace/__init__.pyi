@@ -18,9 +18,6 @@ from .control.learning import ControlConfig as ControlConfig
 from .control.planning import Effort as Effort
 from .control.planning import Plan as Plan
 from .control.planning import plan as plan
-from .control.pretrained import Pretrained as Pretrained
-from .control.pretrained import load_pretrained as load_pretrained
-from .control.pretrained import pretrained_names as pretrained_names
 from .control.scores import measure_controller as measure_controller
 from .control.store import load_controller as load_controller
 from .control.store import save_controller as save_controller
@@ -42,6 +39,10 @@ from .navigation.folder import save_policy as save_policy
 from .navigation.learning import TrainedPolicy as TrainedPolicy
 from .navigation.learning import learn_policy as learn_policy
 from .navigation.measuring import evaluate_policy as evaluate_policy
+from .navigation.pretrained import Pretrained as Pretrained
+from .navigation.pretrained import load_pretrained as load_pretrained
+from .navigation.pretrained import pretrained_names as pretrained_names
+from .navigation.watch import policy_film as policy_film
 from .recordings.readers.base import AbstractReader as AbstractReader
 from .recordings.readers.base import read_log as read_log
 from .recordings.record import record as record
@@ -56,6 +57,7 @@ from .reports.figures.measures import learning_figure as learning_figure
 from .reports.figures.worlds import trajectories_figure as trajectories_figure
 from .reports.figures.worlds import world_figure as world_figure
 from .reports.topology_page import topology_page as topology_page
+from .training.adapt import adapt as adapt
 from .training.config import RunConfig as RunConfig
 from .training.config import TrainingConfig as TrainingConfig
 from .training.data import Derived as Derived

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from motorspace._errors import UserError
-from motorspace.control.pretrained import _home, load_pretrained, pretrained_names
 from motorspace.control.trials import displacement_goals, displacement_trials
+from motorspace.navigation.pretrained import _home, load_pretrained, pretrained_names
 
 
 @pytest.mark.parametrize("name", pretrained_names())
