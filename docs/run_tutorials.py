@@ -18,7 +18,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 TUTORIALS = Path(__file__).parent / "tutorials"
-NAMES = ("first_map", "own_layout_and_sensor", "robot_log", "measure_codes", "reach_a_goal", "navigate")
+NAMES = (
+    "first_map",
+    "own_layout_and_sensor",
+    "robot_log",
+    "measure_codes",
+    "reach_a_goal",
+    "navigate",
+)
 
 
 class Cell(NamedTuple):

@@ -1,13 +1,11 @@
 # %% [markdown]
 # # Find the way home
 #
-# An agent wanders through rooms that it has never seen, at random, and must then come back to where
-# it began. It senses nine distances and bumps, no position. What it has learned before about its own
-# commands tells it where home is: every command is a matrix, and their product is the way back.
+# An agent wanders at random through rooms that it has never seen, and must then come back to its
+# start. It senses nine distances and bumps, no position. What it has learned before about its own
+# commands says where home is: every command is a matrix, and their product is the way back.
 
 # %%
-import numpy as np
-
 import motorspace as ms
 
 STEPS = 300_000  # commands to learn from; with fewer, fewer goals are reached
@@ -16,8 +14,8 @@ NUM = 512  # problems to measure with
 # %% [markdown]
 # ## Codes that come with the package
 #
-# The network learned by predicting what it would sense; nobody told it where it was. Its policy is
-# for later: first we learn one ourselves.
+# The network learned by predicting what it would sense, and never knew where it was. It brings a
+# policy as well, but first we learn one ourselves.
 
 # %%
 found = ms.load_pretrained("forward-0.4pi")
@@ -63,8 +61,7 @@ for name, share in rows.items():
 ms.policy_film(coded, num=2, seed=4)
 
 # %% [markdown]
-# Nothing in a distance says which room it is, so who has only that searches. The policy with the code
-# turns round and walks. It does not know the walls between, though: where the way home leads around
-# one it has to find the door by touch. The package brings such a policy, which learned for longer:
-# `found.policy`. On the command line: `motorspace navigate watch FOLDER`. How all of this compares:
-# [navigation](../navigation.md).
+# Distances do not say which room this is, so the first policy can only search. The second one turns
+# round and walks. It does not know the walls between, though: where the way home leads around one,
+# it has to find the door by touch. `found.policy` learned for longer. On the command line:
+# `motorspace navigate watch FOLDER`. How all of this compares: [navigation](../navigation.md).
