@@ -281,10 +281,7 @@ STUDY = Study(
         Target("home, seen layouts", "navigation.seen.success", at_least=0.97, cells=HOME),
         Target("home, unseen layouts", SUCCESS, at_least=0.97, cells=HOME),
         Target(
-            "home, goals reached less often than by the true displacement",
-            "navigation.lead.success",
-            at_most=0.02,
-            cells=HOME,
+            "home, below true displacement", "navigation.lead.success", at_most=0.02, cells=HOME
         ),
         Target(
             "home, commands over those of the true displacement",
