@@ -58,6 +58,11 @@ class Controller(eqx.Module):
         """Commands of a planned sequence, T."""
         return self.decoder.horizon
 
+    @property
+    def task(self) -> Task:
+        """What its networks are to learn."""
+        return Task(self.model, self.commands, self.whitening, self.horizon)
+
     def remaining(self, goal: Code, motors: Motors, carried_out: Bool[Array, " L"]) -> Code:
         """The code that leads to `goal` after the commands carried out.
 
@@ -90,17 +95,20 @@ def learn_controller(run: Run, config: ControlConfig = USUAL) -> Controller:
         UserError: For a run on a log, and for discrete commands.
     """
     blank, keys = blank_controller(run, config), _keys(config)
-    labels = config.labels, blank.horizon
-    labelled = _examples(run.model, blank.commands, labels, key=keys.labels)
-    agent = simulated(run.config.data).scenario().agent
-    moved = nominal(agent, np.asarray(labelled.motors))
-    task = Task(run.model, blank.commands, blank.whitening, blank.horizon)
+    task = blank.task
     return dataclasses.replace(
         blank,
         decoder=learn_decoder(task, config, key=keys.decoder),
-        probe=fit_probe(moved, labelled.codes),
+        probe=labelled_probe(run, task, config.labels, key=keys.labels),
         remainder=blank.remainder and learn_remainder(task, config, key=keys.remainder),
     )
+
+
+def labelled_probe(run: Run, task: Task, num: int, *, key: Key) -> Probe:
+    """The map from displacements to codes, by `num` random sequences of known displacement."""
+    labelled = _examples(task.model, task.commands, (num, task.horizon), key=key)
+    agent = simulated(run.config.data).scenario().agent
+    return fit_probe(nominal(agent, np.asarray(labelled.motors)), labelled.codes)
 
 
 def blank_controller(run: Run, config: ControlConfig) -> Controller:

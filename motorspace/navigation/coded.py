@@ -11,6 +11,7 @@ from motorspace._types import Flags, Key, Motors
 from motorspace.control.codes import Whitening
 from motorspace.control.controller import Controller
 from motorspace.control.decoder import Decoder, squash
+from motorspace.control.learning import ControlConfig
 from motorspace.navigation.arena import Arena, State
 from motorspace.navigation.interface import Step
 from motorspace.worlds.simulation import select, to_rows
@@ -144,13 +145,8 @@ def blank_code_commands(
 ) -> CodeCommands:
     """What `code_command_sizes` described, before its weights are read."""
     size, horizon, noise_size, width_size, depth = sizes
-    decoder = Decoder(
-        (size, horizon, commands.size),
-        noise_size,
-        width_size=width_size,
-        depth=depth,
-        key=jax.random.key(0),
-    )
+    config = ControlConfig(noise_size=noise_size, width_size=width_size, depth=depth)
+    decoder = config.decoder((size, horizon, commands.size), key=jax.random.key(0))
     return CodeCommands(decoder, jnp.zeros((size, size)), jnp.zeros(size), commands)
 
 

@@ -7,20 +7,17 @@ It has learned that of the codes of single sequences: there is none for what is 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
 from motorspace._types import Code, Motor
-from motorspace.control.codes import Probe, Whitening, blank_probe, encode, examples, fit_probe
+from motorspace.control.codes import Probe, Whitening, blank_probe, encode
 from motorspace.control.composing import Remainder, held
-from motorspace.control.controller import Controller, blank_controller
-from motorspace.control.learning import ControlConfig, Task, learn_remainder
+from motorspace.control.controller import Controller, blank_controller, labelled_probe
+from motorspace.control.learning import ControlConfig, learn_remainder
 from motorspace.models.model import Model
 from motorspace.navigation.observations import FAR, AbstractPart, Memory, Moment, Rows
 from motorspace.navigation.tasks import AbstractNavigation, Bounds
-from motorspace.training.data import simulated
 from motorspace.training.run import Run
-from motorspace.trajectories.commands import nominal
 from motorspace.worlds.agents import AbstractAgent
 from motorspace.worlds.scenario import Scenario
 from motorspace.worlds.spaces import ContinuousCommands
@@ -89,11 +86,12 @@ class ComposedCode(AbstractPart):
 def blank_composition(
     sizes: tuple[int, int, int, int], commands: ContinuousCommands
 ) -> Composition:
-    """What `composition_shape` described, before its weights are read."""
+    """What `composition_sizes` described, before its weights are read."""
     size, width_size, depth, horizon = sizes
-    network = eqx.nn.MLP(2 * size, size, width_size, depth, jax.nn.relu, key=jax.random.key(0))
+    config = ControlConfig(width_size=width_size, depth=depth)
+    remainder = config.remainder(size, key=jax.random.key(0))
     whitening = Whitening(jnp.zeros(size), jnp.zeros((size, size)))
-    return Composition(Remainder(network), whitening, blank_probe(size), commands, horizon)
+    return Composition(remainder, whitening, blank_probe(size), commands, horizon)
 
 
 def composition_sizes(known: Composition) -> tuple[int, int, int, int]:
@@ -109,15 +107,12 @@ def learn_composition(run: Run, config: ControlConfig) -> Composition:
         UserError: As `learn_controller`.
     """
     blank = blank_controller(run, config)
-    task = Task(run.model, blank.commands, blank.whitening, blank.horizon)
+    task = blank.task
     label_key, key = jax.random.split(jax.random.key(config.seed))
-    sizes = config.labels, blank.horizon
-    labelled = eqx.filter_jit(examples)(run.model, blank.commands, sizes, key=label_key)
-    agent = simulated(run.config.data).scenario().agent
     return Composition(
         learn_remainder(task, config, key=key),
-        blank.whitening,
-        fit_probe(nominal(agent, np.asarray(labelled.motors)), labelled.codes),
-        blank.commands,
-        blank.horizon,
+        task.whitening,
+        labelled_probe(run, task, config.labels, key=label_key),
+        task.commands,
+        task.horizon,
     )

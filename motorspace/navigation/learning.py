@@ -3,10 +3,12 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import optax
 from jaxtyping import Array, Float
 
 from motorspace._errors import UserError
@@ -14,10 +16,10 @@ from motorspace._types import Key
 from motorspace.control.controller import Controller
 from motorspace.control.store import load_controller
 from motorspace.navigation.arenas import Codes, Size, acted_in, arena_of, codes_of
-from motorspace.navigation.config import NavigationConfig
+from motorspace.navigation.config import NavigationConfig, PPOConfig
 from motorspace.navigation.interface import Environment, Environments
 from motorspace.navigation.policies import Policy
-from motorspace.navigation.ppo import UpdateRecord, improve, optimiser, start
+from motorspace.navigation.ppo import Learner, UpdateRecord, improve, optimiser, start
 from motorspace.training.config import RunConfig
 from motorspace.training.run import Run, load_run
 
@@ -101,6 +103,46 @@ def learn_with(
     Raises:
         UserError: As `learn_policy`.
     """
+    learning, log = begin_learning(config, codes, split), []
+    learner = learning.learner
+    for _ in range(learning.num_calls):
+        learner, records = learning.improved(learner)
+        log.append(_logged(int(learner.update) * learning.steps_per_update, records))
+        callback(log[-1])
+    return TrainedPolicy(config, learner.policy, codes, network, tuple(log))
+
+
+class Learning(NamedTuple):
+    """What a policy learns in, and how far it is to go."""
+
+    config: PPOConfig
+    arena: Environment
+    learner: Learner
+    """Before the first update."""
+    adam: optax.GradientTransformation
+    num_calls: int
+    """Of `improved`, until all steps are made."""
+    key: Key
+
+    @property
+    def steps_per_update(self) -> int:
+        """Environment steps between two updates, at most."""
+        return self.arena.commands_per_action * self.config.steps_per_update
+
+    def improved(self, learner: Learner) -> tuple[Learner, UpdateRecord]:
+        """The state after `UPDATES_AT_ONCE` more updates, and their records."""
+        return improve(
+            self.arena,
+            learner,
+            self.config,
+            self.adam,
+            num_updates=UPDATES_AT_ONCE,
+            key=self.key,
+        )
+
+
+def begin_learning(config: NavigationConfig, codes: Codes | None, split: str = "train") -> Learning:
+    """Return what a configuration describes before its first update; see `learn_with`."""
     arena_key, policy_key, settle_key, start_key, key = jax.random.split(
         jax.random.key(config.seed), 5
     )
@@ -110,17 +152,9 @@ def learn_with(
     policy = Policy(config.policy, observed.shape[1], arena.action_size, key=policy_key)
     steps = arena.commands_per_action * config.ppo.steps_per_update
     num_calls = -(-max(1, round(config.steps / steps)) // UPDATES_AT_ONCE)
-    num_updates = num_calls * UPDATES_AT_ONCE
-    adam = optimiser(config.ppo, num_updates)
+    adam = optimiser(config.ppo, num_calls * UPDATES_AT_ONCE)
     learner = start(arena, policy.normalised(observed), adam, key=start_key)
-    log = []
-    for _ in range(num_calls):
-        learner, records = improve(
-            arena, learner, config.ppo, adam, num_updates=UPDATES_AT_ONCE, key=key
-        )
-        log.append(_logged(int(learner.update) * steps, records))
-        callback(log[-1])
-    return TrainedPolicy(config, learner.policy, codes, network, tuple(log))
+    return Learning(config.ppo, arena, learner, adam, num_calls, key)
 
 
 def _network(config: NavigationConfig, run: Run | str | Path | None) -> Run | None:

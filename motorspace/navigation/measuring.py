@@ -9,7 +9,7 @@ from motorspace.navigation.actors import AbstractActor, Chance, Learned, Learned
 from motorspace.navigation.arena import Arena
 from motorspace.navigation.arenas import Codes, Size, arena_of
 from motorspace.navigation.config import NavigationConfig
-from motorspace.navigation.evaluation import Numbers, measures, run_episodes
+from motorspace.navigation.evaluation import Numbers, evaluate_actor, measures, run_episodes
 from motorspace.navigation.explorer import explorer
 from motorspace.navigation.learning import TrainedPolicy
 
@@ -42,7 +42,7 @@ def evaluate_policy(
         The measures of `evaluate_actor` as `seen.*` and `unseen.*` for the policy, `chance.*` and
         `planner.*` in unseen layouts.
     """
-    arena = _arena(trained.config, trained.codes, num, seed)
+    arena = _arena(trained.config, trained.codes, num, seed, BOTH)
     seen, unseen = _halves(arena, actor_of(trained, sampled=sampled), seed)
     own = {f"seen.{name}": v for name, v in seen.items()}
     own |= {f"unseen.{name}": v for name, v in unseen.items()}
@@ -102,22 +102,22 @@ def actor_of(trained: TrainedPolicy, *, sampled: bool) -> AbstractActor:
 
 
 def _arena(
-    config: NavigationConfig, codes: Codes | None, num: int | None, seed: int, split: str = BOTH
+    config: NavigationConfig, codes: Codes | None, num: int | None, seed: int, split: str
 ) -> Arena:
-    """Seen and unseen layouts in turn, half of the agents in each: all is one program."""
+    """`num` problems of each kind of layouts in `split`; of `BOTH` the agents take turns."""
     num = NUM_PROBLEMS if num is None else num
     num_agents = min(num, AGENTS_AT_ONCE)
     size = Size(len(split.split("+")) * num_agents, max(1, num // num_agents))
     return arena_of(config, codes, split, size, key=_keys(seed)[0])
 
 
-def _blind_arena(config: NavigationConfig, num: int | None, seed: int, split: str = BOTH) -> Arena:
+def _blind_arena(config: NavigationConfig, num: int | None, seed: int, split: str) -> Arena:
     """The same for those who observe nothing that a network makes."""
     return _arena(replace(config, observe=("ranges",), act="commands"), None, num, seed, split)
 
 
 def _measured(arena: Arena, actor: AbstractActor, seed: int) -> Numbers:
-    return measures(arena, run_episodes(arena, actor, key=_keys(seed)[1]))
+    return evaluate_actor(arena, actor, key=_keys(seed)[1])
 
 
 def _halves(arena: Arena, actor: AbstractActor, seed: int) -> tuple[Numbers, Numbers]:

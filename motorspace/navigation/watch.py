@@ -24,14 +24,10 @@ from motorspace.navigation.evaluation import run_episode
 from motorspace.navigation.given import given_problem
 from motorspace.navigation.learning import TrainedPolicy
 from motorspace.navigation.measuring import actor_of
-from motorspace.reports.figures.style import SERIES, ink, new_figure, styled
+from motorspace.reports.figures.films import MILLISECONDS, RESTING, film
+from motorspace.reports.figures.style import SERIES, ink
 from motorspace.reports.figures.worlds import draw_world
 from motorspace.worlds.scenario import Scenario
-
-MILLISECONDS = 150
-"""For which a frame is shown."""
-RESTING = 10
-"""Frames for which the end of an episode stays."""
 
 LEAST_VIEW, MARGIN = 7.0, 3.0
 """Half the side of what is shown, at least, and what is shown around the way, world units."""
@@ -107,22 +103,12 @@ def policy_film(
     Returns:
         The film; `film.save("film.gif", writer="pillow")` writes it.
     """
-    return film(episodes_of(trained, num=num, split=split, seed=seed))
+    return _film(episodes_of(trained, num=num, split=split, seed=seed))
 
 
-@styled
-def film(episodes: list[Watched]) -> FuncAnimation:
-    """Returns episodes as a moving picture, a command in every frame."""
-    figure = new_figure(6, 6.4)
-    axes = figure.add_subplot()
-
-    @styled
-    def draw(frame: tuple[Watched, int]) -> None:
-        axes.clear()
-        _draw(axes, *frame)
-
-    frames = list(_frames(episodes))
-    return FuncAnimation(figure, draw, frames, init_func=lambda: None, interval=MILLISECONDS)
+def _film(episodes: list[Watched]) -> FuncAnimation:
+    """Episodes as a moving picture, a command in every frame."""
+    return film(lambda axes, frame: _draw(axes, *frame), list(_frames(episodes)), (6, 6.4))
 
 
 def write_animation(episodes: list[Watched], path: Path) -> None:
@@ -132,7 +118,7 @@ def write_animation(episodes: list[Watched], path: Path) -> None:
         UserError: Where it cannot be written.
     """
     try:
-        film(episodes).save(path, writer=PillowWriter(fps=round(1000 / MILLISECONDS)), dpi=100)
+        _film(episodes).save(path, writer=PillowWriter(fps=round(1000 / MILLISECONDS)), dpi=100)
     except OSError as error:
         raise UserError(
             f"the file cannot be written ({error.strerror})",

@@ -10,7 +10,7 @@ from motorspace.navigation.config import NavigationConfig, PolicyConfig, PPOConf
 from motorspace.running.jobs import Job, cell
 from motorspace.studies.cells import derived, system
 from motorspace.studies.interquartile import interquartile
-from motorspace.studies.rows import Numbers, Row, Settings, Spread
+from motorspace.studies.rows import Numbers, Row, Settings, Spread, under
 from motorspace.studies.study import Budget, Line, Study, Table, Target
 from motorspace.training.data import simulated
 
@@ -119,22 +119,27 @@ def measured(run: "Run", num: int, *, codes: str, share: float = 1.0) -> Numbers
     del num
     found, networks = dict[str, float](), _networks(run, codes)
     for number, seed in enumerate(policy_seeds(run)):
-
-        def add(task: str, row: str, numbers: Numbers, number: int = number) -> None:
-            for key, value in numbers.items():
-                kind, _, measure = key.partition(".")
-                place = f"{number}/{task}/{kind if kind in BESIDE else row}"
-                found[f"{place}/navigation.{_split(kind)}.{measure}"] = float(value)
-
         for task, steps in STEPS.items():
             for row, observed in _rows(run, number, task, codes):
                 config = configuration(run, task, observed, round(share * steps), seed)
                 trained = learn_with(config, networks, run.config)
-                add(task, row, evaluate_policy(trained, beside=False, seed=seed))
+                numbers = evaluate_policy(trained, beside=False, seed=seed)
+                found |= _placed(numbers, f"{number}/{task}", row)
             if codes == "learned":
                 config = configuration(run, task, OBSERVATIONS["ranges"], steps, seed)
-                add(task, "", evaluate_others(config, num=NUM_BESIDE, seed=seed))
+                numbers = evaluate_others(config, num=NUM_BESIDE, seed=seed)
+                found |= _placed(numbers, f"{number}/{task}")
     return found
+
+
+def _placed(numbers: Numbers, place: str, row: str = "") -> dict[str, float]:
+    """{PLACE/ROW/MEASURE: value}; chance and the planner, measured in unseen layouts, are rows."""
+    placed = dict[str, float]()
+    for key, value in numbers.items():
+        kind, _, measure = key.partition(".")
+        name, split = (kind, "unseen") if kind in BESIDE else (row, kind)
+        placed[f"{place}/{name}/navigation.{split}.{measure}"] = float(value)
+    return placed
 
 
 def policy_seeds(run: "Run") -> range:
@@ -181,11 +186,6 @@ def configuration(
     return replace(config, steps=observed.times * steps, **observed.options)
 
 
-def _split(kind: str) -> str:
-    """Chance and the planner are measured in unseen layouts."""
-    return "unseen" if kind in BESIDE else kind
-
-
 def rows(found: Sequence[Row]) -> list[Row]:
     """A row for each task and observation, with the policies of all networks as its seeds."""
     made = []
@@ -196,18 +196,12 @@ def rows(found: Sequence[Row]) -> list[Row]:
                 for row in found
                 for seed, all_numbers in row.runs.items()
                 for number in range(POLICIES)
-                if (numbers := _of(all_numbers, f"{number}/{task}/{name}/"))
+                if (numbers := under(all_numbers, f"{number}/{task}/{name}/"))
             }
             if runs:
                 cells = {"task": task, "observed": name}
                 made.append(Row("navigation", cells, found[0].epochs, dict(sorted(runs.items()))))
     return [_against_truth(row, made) for row in made]
-
-
-def _of(numbers: Numbers, place: str) -> dict[str, Any]:
-    return {
-        key.removeprefix(place): value for key, value in numbers.items() if key.startswith(place)
-    }
 
 
 SUCCESS, COMMANDS = "navigation.unseen.success", "navigation.unseen.steps"

@@ -152,6 +152,20 @@ def setting(name: str, value: Value) -> str:
     return f"{float(value):.12} π" if name == "rotation" else shown(value)
 
 
+def under(numbers: Numbers, place: str) -> dict[str, float]:
+    """The numbers whose keys begin with a place, without it.
+
+    Example:
+        >>> under({"here/error": 1.0, "there/error": 2.0}, "here/")
+        {'error': 1.0}
+    """
+    return {
+        key.removeprefix(place): float(value)
+        for key, value in numbers.items()
+        if key.startswith(place)
+    }
+
+
 def rows_of(study: str, results: Iterable[Result]) -> list[Row]:
     """One row for each cell, in the order in which the cells first come."""
     rows: dict[tuple[tuple[str, Value], ...], list[Result]] = {}

@@ -17,7 +17,7 @@ from motorspace.navigation.config import NavigationConfig
 from motorspace.running.jobs import Job, cell
 from motorspace.studies.cells import system
 from motorspace.studies.navigation import CONTROL_UPDATES, IN_CODES
-from motorspace.studies.rows import Numbers, Row
+from motorspace.studies.rows import Numbers, Row, under
 from motorspace.studies.study import Budget, Study, Table, Target
 from motorspace.studies.tables import columns
 from motorspace.training.config import RunConfig
@@ -201,11 +201,7 @@ def rows(found: Sequence[Row]) -> list[Row]:
 
 
 def _of(numbers: Numbers, place: str) -> Numbers:
-    own = {
-        key.removeprefix(place): float(value)
-        for key, value in numbers.items()
-        if key.startswith(place)
-    }
+    own = under(numbers, place)
     if {"transfer.success", "transfer.diagonal"} <= own.keys():
         own["transfer.share"] = own["transfer.success"] / own["transfer.diagonal"]
     return own

@@ -1,8 +1,9 @@
 """Moving pictures of agents on their way."""
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
 
+import jax
 import numpy as np
 from jaxtyping import Float
 from matplotlib.animation import FuncAnimation
@@ -21,8 +22,25 @@ MILLISECONDS = 150
 RESTING = 10
 """Frames for which the end stays."""
 
+Frame = TypeVar("Frame")
+
 
 @styled
+def film(
+    draw: Callable[[Axes, Frame], None], frames: Sequence[Frame], size: tuple[float, float]
+) -> FuncAnimation:
+    """Returns a moving picture of a size in inches: `draw` puts each frame on empty axes."""
+    figure = new_figure(*size)
+    axes = figure.add_subplot()
+
+    @styled
+    def anew(frame: Frame) -> None:
+        axes.clear()
+        draw(axes, frame)
+
+    return FuncAnimation(figure, anew, frames, init_func=lambda: None, interval=MILLISECONDS)
+
+
 def ways_film(
     world: AbstractWorld,
     paths: Sequence[Pose],
@@ -40,13 +58,9 @@ def ways_film(
     Returns:
         The film; `film.save("film.gif", writer="pillow")` writes it.
     """
-    figure = new_figure(4.4, 4.4)
-    axes = figure.add_subplot()
     last = max(len(path.x) for path in paths) - 1
 
-    @styled
-    def draw(moment: int) -> None:
-        axes.clear()
+    def draw(axes: Axes, moment: int) -> None:
         draw_world(axes, world)
         if goal is not None:
             axes.scatter(
@@ -59,14 +73,13 @@ def ways_film(
             _draw_way(axes, path, moment, SERIES[index % len(SERIES)])
         axes.set(xticks=[], yticks=[], title=f"{min(moment, last)} commands")
 
-    frames = range(last + 1 + RESTING)
-    return FuncAnimation(figure, draw, frames, init_func=lambda: None, interval=MILLISECONDS)
+    return film(draw, range(last + 1 + RESTING), (4.4, 4.4))
 
 
 def _at(path: Pose, moment: int) -> Pose:
     """The pose at a moment, and the last one from then on."""
     index = min(moment, len(path.x) - 1)
-    return Pose(path.x[index], path.y[index], path.heading[index], path.head[index])
+    return jax.tree.map(lambda field: field[index], path)
 
 
 def _draw_rays(axes: Axes, rays: Float[np.ndarray, "R 2 2"]) -> None:
