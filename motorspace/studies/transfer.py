@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 define(
     Measure("transfer.success", "goals reached, transferred", goal="high", perfect=1.0),
     Measure("transfer.diagonal", "trained there", goal="high", perfect=1.0),
+    Measure("transfer.spl", "SPL, transferred", goal="high", perfect=1.0),
+    Measure("transfer.diagonal_spl", "SPL, trained there", goal="high", perfect=1.0),
     Measure("transfer.chance", "chance"),
     Measure("transfer.share", "share of that", goal="high"),
     Measure("transfer.loss", "prediction loss of the adapter", goal="low"),
@@ -109,9 +111,12 @@ def measured(run: "Run", num: int, *, share: float = 1.0) -> Numbers:
             own = _learned(config, there, controller, split)
             policy = own if policy is None else policy
             acting = _moved(policy, config, there, controller, home)
+            moved, trained = (evaluate_in(who, config, split, seed=seed) for who in (acting, own))
             scores = {
-                "success": evaluate_in(acting, config, split, seed=seed)["success"],
-                "diagonal": evaluate_in(own, config, split, seed=seed)["success"],
+                "success": moved["success"],
+                "diagonal": trained["success"],
+                "spl": moved["spl"],
+                "diagonal_spl": trained["spl"],
                 "chance": evaluate_in(None, config, split, seed=seed)["success"],
                 "loss": float(there.log[-1]["prediction_loss"]) if there.log else math.nan,
             }
@@ -228,6 +233,8 @@ STUDY = Study(
                 "transfer.diagonal",
                 "transfer.share",
                 "transfer.chance",
+                "transfer.spl",
+                "transfer.diagonal_spl",
                 "seeds",
             )
         )
