@@ -42,6 +42,7 @@ def adapt(
             stays, and where the loss stops being finite.
 
     Example:
+        >>> from dataclasses import replace
         >>> from motorspace.training.run import initial_run
         >>> forward = initial_run(RunConfig(Simulated("forward", layout="empty"), preset="best"))
         >>> few = replace(forward.config.training, epochs=1, restarts=1)
