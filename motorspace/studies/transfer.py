@@ -21,7 +21,7 @@ from motorspace.studies.rows import Numbers, Row, under
 from motorspace.studies.study import Budget, Study, Table, Target
 from motorspace.studies.tables import columns
 from motorspace.training.config import RunConfig
-from motorspace.training.data import Simulated
+from motorspace.training.data import Simulated, simulated
 from motorspace.training.settings import changed
 from motorspace.worlds.catalog import AGENTS, SENSORS
 
@@ -29,16 +29,22 @@ if TYPE_CHECKING:
     from motorspace.control.controller import Controller
     from motorspace.navigation.learning import TrainedPolicy
     from motorspace.training.run import Run
+    from motorspace.worlds.agents import AbstractAgent
 
 define(
     Measure("transfer.success", "goals reached, transferred", goal="high", perfect=1.0),
     Measure("transfer.diagonal", "trained there", goal="high", perfect=1.0),
+    Measure("transfer.spl", "SPL, transferred", goal="high", perfect=1.0),
+    Measure("transfer.diagonal_spl", "SPL, trained there", goal="high", perfect=1.0),
     Measure("transfer.chance", "chance"),
+    Measure(
+        "transfer.reach", "displacements, by the other body's labels", goal="high", perfect=1.0
+    ),
     Measure("transfer.share", "share of that", goal="high"),
     Measure("transfer.loss", "prediction loss of the adapter", goal="low"),
 )
 
-STEPS = 300_000
+STEPS, NUM_GOALS = 300_000, 1000
 ADAPTER = {"epochs": 400, "restarts": 1}
 """How adapters learn, of five times as many epochs in the paper's budget."""
 
@@ -104,14 +110,19 @@ def measured(run: "Run", num: int, *, share: float = 1.0) -> Numbers:
     for place, there in _runs(run, share).items():
         controller = learn_controller(there, control)
         home = controller if home is None else home
+        reach = _reached(controller, _agent(there), home, seed)
         for layout, split in LAYOUTS.items():
             config = configuration(place, seed, round(share * STEPS))
             own = _learned(config, there, controller, split)
             policy = own if policy is None else policy
             acting = _moved(policy, config, there, controller, home)
+            moved, trained = (evaluate_in(who, config, split, seed=seed) for who in (acting, own))
             scores = {
-                "success": evaluate_in(acting, config, split, seed=seed)["success"],
-                "diagonal": evaluate_in(own, config, split, seed=seed)["success"],
+                "success": moved["success"],
+                "diagonal": trained["success"],
+                "spl": moved["spl"],
+                "diagonal_spl": trained["spl"],
+                "reach": reach,
                 "chance": evaluate_in(None, config, split, seed=seed)["success"],
                 "loss": float(there.log[-1]["prediction_loss"]) if there.log else math.nan,
             }
@@ -162,6 +173,25 @@ def _learned(config: NavigationConfig, there: "Run", body: "Controller", split: 
     from motorspace.navigation.learning import learn_with
 
     return learn_with(config, codes_of(there, body), there.config, split=split)
+
+
+def _agent(run: "Run") -> "AbstractAgent":
+    return simulated(run.config.data).scenario().agent
+
+
+def _reached(body: "Controller", agent: "AbstractAgent", home: "Controller", seed: int) -> float:
+    """The share of displacements that a body reaches by the codes that they have at home.
+
+    It decodes them at once; no labels of its own are used.
+    """
+    import jax
+
+    from motorspace.control.trials import displacement_goals, displacement_trials
+
+    goal_key, key = jax.random.split(jax.random.fold_in(jax.random.key(seed), 11))
+    goals = displacement_goals(agent, NUM_GOALS, body.horizon, key=goal_key)
+    labelled = replace(body, probe=home.probe)
+    return displacement_trials(labelled, agent, goals, "amortised", key=key).success()
 
 
 def _moved(
@@ -224,6 +254,9 @@ STUDY = Study(
                 "transfer.diagonal",
                 "transfer.share",
                 "transfer.chance",
+                "transfer.spl",
+                "transfer.diagonal_spl",
+                "transfer.reach",
                 "seeds",
             )
         )
