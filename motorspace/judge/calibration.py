@@ -46,6 +46,8 @@ LEVELS = (
 )
 """From short windows, where little has added up, to long ones, which show the least bias."""
 THIN = 4.0
+MOST_ENDS = 60_000
+"""Ends of rays that a step is solved for: many unknowns make more of them slow."""
 STIFFNESS = 1.0
 """Weight of the squared corrections; what sensors tell outweighs it by far."""
 
@@ -57,10 +59,10 @@ class Calibrated(NamedTuple):
     mounting: Mounting
 
     def frames(self, walk: Walk) -> Float[np.ndarray, "3 S n"]:
-        """The sensors' frames along walks, from the first of each."""
+        """The sensors' frames along walks, which begin at rest."""
         bodies = self.odometry.bodies(walk.motors)
-        gazes = np.zeros_like(bodies)
-        gazes[:, 1:] = self.odometry.gazes(walk.motors)
+        rest = np.zeros_like(walk.motors[:1])
+        gazes = self.odometry.gazes(np.concatenate([rest, walk.motors]))
         return np.asarray(compose(bodies, gazes))
 
     def eyes(self, walk: Walk) -> Float[np.ndarray, "3 S n"]:
@@ -99,6 +101,9 @@ def _step(walk: Walk, now: Calibrated, cell: float, tolerance: float) -> Calibra
     ends = _Ends(mounting.ends(mounting.eyes(frames), sensors)[:, met], *np.nonzero(met))
     lines = fit_lines(ends.points, ends.window, cell=cell, tolerance=tolerance)
     used = np.flatnonzero(lines.usable(THIN))
+    cells = lines.cells[used]
+    # Whole cells: what counts is how the ends in one of them differ.
+    used = used[cells % -(-len(used) // MOST_ENDS) == 0]
     used = used[np.argsort(lines.cells[used], kind="stable")]
     ends = _Ends(ends.points[:, used], *(part[used] for part in ends[1:]))
     moved = _moved_by(walk.motors, bodies, frames, has_gaze=odometry.has_gaze)

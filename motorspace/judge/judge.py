@@ -16,7 +16,7 @@ from motorspace.judge.mounting import SATURATED, Mounting, find_mounting
 from motorspace.judge.odometry import distilled
 from motorspace.judge.places import Hypotheses, Places
 from motorspace.judge.smoothing import smoothed
-from motorspace.judge.walks import Walk, joined, walk
+from motorspace.judge.walks import Manner, Walk, joined, walk
 from motorspace.judge.walls import WallMap, map_walls
 from motorspace.se2 import compose, relative
 from motorspace.training.data import simulated
@@ -64,19 +64,20 @@ def calibrate(run: Run, *, key: Key) -> Calibration:
         UserError: For another encoder, and readings that are no distances.
     """
     scenario = simulated(run.config.data).scenario()
-    random_key, straight_key, command_key, code_key = jax.random.split(key, 4)
-    # Random commands show what each does; long straight ways show the least bias.
-    walks = [
-        walk(scenario, num_steps=NUM_STEPS, num_walks=NUM_WALKS, straight=straight, key=walk_key)
-        for straight, walk_key in ((False, random_key), (True, straight_key))
-    ]
-    walked = joined(*walks)
+    *keys, command_key, code_key = jax.random.split(key, 5)
+    manners: tuple[Manner, ...] = ("slow", "random", "straight")
+    slow, *walks = (
+        walk(scenario, num_steps=NUM_STEPS, num_walks=NUM_WALKS, manner=manner, key=walk_key)
+        for manner, walk_key in zip(manners, keys, strict=True)
+    )
     learned = distilled(run, key=command_key)
     nowhere = Mounting(np.zeros(0), np.zeros(2), 0.0)
-    frames = Calibrated(learned.odometry, nowhere).frames(walked)
+    frames = Calibrated(learned.odometry, nowhere).frames(slow)
     reach = float(max(run.model.scaling.sensors))
-    mounting, unit = find_mounting(frames, walked.sensors, point=learned.point, reach=reach)
-    body = calibrate_on(walked, Calibrated(learned.odometry.in_unit(unit), mounting))
+    mounting, unit = find_mounting(frames, slow.sensors, point=learned.point, reach=reach)
+    # Random commands show what each does; long straight ways show the least bias.
+    rough = Calibrated(learned.odometry.in_unit(unit), mounting)
+    body = calibrate_on(joined(*walks), rough)
     return Calibration(body, learn_codes(run, body, key=code_key))
 
 

@@ -71,10 +71,11 @@ def find_mounting(
     """The rays' directions, and how many of the readings' units are one unit of the frames.
 
     Moving towards a wall by d shortens a reading by d, whatever way the wall stands: on average
-    over walls the gradient of each reading points against its ray.
+    over walls the gradient of each reading points against its ray. The moves have to be as wide
+    in all directions: who keeps his direction hardly ever moves sideways.
 
     Args:
-        frames: Frames of the sensors along walks.
+        frames: Frames of the sensors along slow walks.
         sensors: The readings there, raw units.
         point: Where the rays begin in those frames, approximately.
         reach: The largest reading.

@@ -12,7 +12,7 @@ from motorspace._errors import UserError
 from motorspace._types import Key
 from motorspace.analysis.standard_form import body_point
 from motorspace.models.model import Model
-from motorspace.se2 import compose
+from motorspace.se2 import compose, relative
 from motorspace.training.data import simulated
 from motorspace.training.run import Run
 
@@ -65,8 +65,9 @@ class Odometry(NamedTuple):
         return np.stack(frames, axis=1)
 
     def displacements(self, motors: Float[np.ndarray, "T n M"]) -> Float[np.ndarray, "3 n"]:
-        """The sensors' displacement by whole sequences, from where they look ahead."""
-        return compose(self.bodies(motors)[:, -1], self.gazes(motors[-1]))
+        """The sensors' displacement by whole sequences, from how they are mounted at rest."""
+        frames = compose(self.bodies(motors)[:, -1], self.gazes(motors[-1]))
+        return relative(self.gazes(np.zeros_like(motors[-1])), frames)
 
     def in_unit(self, unit: float) -> "Odometry":
         """The same in another unit of length: `unit` of it are one of before."""

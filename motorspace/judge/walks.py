@@ -1,6 +1,7 @@
 """Walks that an agent explores with: commands and readings, and no pose."""
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Literal, NamedTuple
 
 import equinox as eqx
 import jax
@@ -16,10 +17,25 @@ from motorspace.worlds.spaces import ContinuousCommands
 
 TRIES = 16
 """Commands that are tried for a step before the agent only turns."""
-KEPT = 0.8
-"""How often an agent that keeps its direction repeats the translation of its last command."""
-CALM = 0.15
-"""By what such an agent scales its rotations."""
+Manner = Literal["straight", "random", "slow"]
+"""How an agent explores: it keeps its direction, which covers more ground; its commands are
+uniformly random; or it hardly leaves the spot, so that it moves in all directions alike."""
+
+
+class _Habits(NamedTuple):
+    kept: float
+    """How often the translation of the last command is repeated."""
+    calm: float
+    """By what rotations are scaled."""
+    slow: float
+    """By what translations are scaled."""
+
+
+HABITS: Mapping[Manner, _Habits] = {
+    "straight": _Habits(0.8, 0.15, 1.0),
+    "random": _Habits(0.0, 1.0, 1.0),
+    "slow": _Habits(0.0, 1.0, 0.3),
+}
 
 
 class Walk(NamedTuple):
@@ -57,7 +73,12 @@ def joined(*walks: Walk) -> Walk:
 
 
 def walk(
-    scenario: Scenario, *, num_steps: int, num_walks: int = 1, straight: bool = True, key: Key
+    scenario: Scenario,
+    *,
+    num_steps: int,
+    num_walks: int = 1,
+    manner: Manner = "straight",
+    key: Key,
 ) -> Walk:
     """Walks of an agent that explores, each from a random free place.
 
@@ -68,8 +89,8 @@ def walk(
         scenario: The world, the agent and its sensors.
         num_steps: Commands in a row (T).
         num_walks: Walks side by side (n).
-        straight: Whether the agent keeps its direction for some steps, which covers more ground;
-            otherwise its commands are uniformly random.
+        manner: `"straight"` keeps its direction for some steps, which covers more ground;
+            `"random"` commands are uniformly random; `"slow"` ones hardly leave the spot.
         key: Source of randomness.
 
     Returns:
@@ -88,14 +109,16 @@ def walk(
         raise UserError(
             "the agent's commands are discrete", remedy="choose the agent forward or holonomic"
         )
-    motors, sensors = _walk(scenario, num_steps, num_walks, straight, key=key)
+    # One program serves every manner.
+    habits = _Habits(*map(jnp.float32, HABITS[manner]))
+    motors, sensors = _walk(scenario, num_steps, num_walks, habits, key=key)
     first, last = np.asarray(motors, np.float64), np.asarray(sensors, np.float64)
     return Walk(np.moveaxis(first, 1, -1), np.moveaxis(last, 1, -1))
 
 
 @eqx.filter_jit
 def _walk(
-    scenario: Scenario, num_steps: int, num_walks: int, straight: bool, *, key: Key
+    scenario: Scenario, num_steps: int, num_walks: int, habits: _Habits, *, key: Key
 ) -> tuple[Float[Array, "T M n"], Float[Array, "S K n"]]:
     start_key, motor_key, walk_key = jax.random.split(key, 3)
     commands = scenario.commands
@@ -108,12 +131,11 @@ def _walk(
         sample_key, keep_key = jax.random.split(key)
         keys = jax.random.split(sample_key, (num_walks, TRIES))
         tried = jax.vmap(sample, out_axes=1)(keys)
-        if not straight:
-            return tried
-        kept = jax.random.uniform(keep_key, (num_walks,)) < KEPT
-        calm = jnp.where(turning[:, None], CALM * tried[..., 0], tried[..., 0])
-        calm = jnp.where(translating[:, None] & kept[None], last, calm)
-        return tried.at[..., 0].set(calm)
+        tried = jnp.where(translating[:, None, None], habits.slow * tried, tried)
+        kept = jax.random.uniform(keep_key, (num_walks,)) < habits.kept
+        usual = jnp.where(turning[:, None], habits.calm * tried[..., 0], tried[..., 0])
+        usual = jnp.where(translating[:, None] & kept[None], last, usual)
+        return tried.at[..., 0].set(usual)
 
     def advance(carry: tuple[Pose, Motor], key: Key) -> tuple[tuple[Pose, Motor], tuple]:
         pose, last = carry

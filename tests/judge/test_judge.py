@@ -34,7 +34,7 @@ def scenario():
 @pytest.fixture(scope="module")
 def walked(scenario):
     return joined(
-        walk(scenario, num_steps=NUM_STEPS, num_walks=4, straight=False, key=jax.random.key(0)),
+        walk(scenario, num_steps=NUM_STEPS, num_walks=4, manner="random", key=jax.random.key(0)),
         walk(scenario, num_steps=NUM_STEPS, num_walks=4, key=jax.random.key(1)),
     )
 
