@@ -2,7 +2,7 @@
 
 A tutorial is a script in cells. A cell that begins with `# %% [markdown]` is text, in comments;
 one that begins with `# %%` is code. The page shows text, code, what the code prints, every figure
-that it leaves open, and the figure that its last line gives, if it gives one.
+that it leaves open, and the figure or film that its last line gives, if it gives one.
 """
 
 import ast
@@ -18,7 +18,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 TUTORIALS = Path(__file__).parent / "tutorials"
-NAMES = ("first_map", "own_layout_and_sensor", "robot_log", "measure_codes", "reach_a_goal")
+NAMES = (
+    "first_map",
+    "own_layout_and_sensor",
+    "robot_log",
+    "measure_codes",
+    "reach_a_goal",
+    "navigate",
+)
 
 
 class Cell(NamedTuple):
@@ -34,7 +41,7 @@ def main(names: list[str]) -> None:
     """Run the named tutorials, or all of them, and write their pages and pictures."""
     for name in names or NAMES:
         page, pictures = run(TUTORIALS / f"{name}.py")
-        for old in TUTORIALS.glob(f"{name}-*.png"):
+        for old in TUTORIALS.glob(f"{name}-[0-9]*"):
             old.unlink()
         for file, content in pictures.items():
             (TUTORIALS / file).write_bytes(content)
@@ -78,16 +85,17 @@ def run(path: Path, changes: Mapping[str, Any] = {}) -> tuple[str, dict[str, byt
             parts.append(f"```python\n{cell.source}\n```")
             if printed:
                 parts.append(f"```text\n{printed}\n```")
-            for content in drawn:
-                file = f"{path.stem}-{len(pictures) + 1}.png"
+            for kind, content in drawn:
+                file = f"{path.stem}-{len(pictures) + 1}.{kind}"
                 pictures[file] = content
                 parts.append(f"![{_title(parts)}]({file})")
     return "\n\n".join(parts) + "\n", pictures
 
 
-def executed(cell: Cell, names: dict[str, Any], path: Path) -> tuple[str, list[bytes]]:
-    """What a piece of code prints, and the figures that it makes."""
+def executed(cell: Cell, names: dict[str, Any], path: Path) -> tuple[str, list[tuple[str, bytes]]]:
+    """What a piece of code prints, and the pictures that it makes: their format and content."""
     import matplotlib.pyplot as plt
+    from matplotlib.animation import Animation
     from matplotlib.figure import Figure
 
     # The lines of a traceback are those of the script.
@@ -98,16 +106,24 @@ def executed(cell: Cell, names: dict[str, Any], path: Path) -> tuple[str, list[b
         exec(compile(code, str(path), "exec"), names)
         if last is not None:
             value = eval(compile(ast.Expression(last), str(path), "eval"), names)
-    figures = [plt.figure(number) for number in plt.get_fignums()]
+    films = [_gif(value)] if isinstance(value, Animation) else []
+    figures = [] if films else [plt.figure(number) for number in plt.get_fignums()]
     figures += [value] * (isinstance(value, Figure) and value not in figures)
     plt.close("all")
-    return printed.getvalue().rstrip(), [_png(figure) for figure in figures]
+    return printed.getvalue().rstrip(), films + [_png(figure) for figure in figures]
 
 
-def _png(figure: Any) -> bytes:
+def _png(figure: Any) -> tuple[str, bytes]:
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=110)
-    return buffer.getvalue()
+    return "png", buffer.getvalue()
+
+
+def _gif(animation: Any) -> tuple[str, bytes]:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "film.gif"
+        animation.save(path, writer="pillow", dpi=90)
+        return "gif", path.read_bytes()
 
 
 def _title(parts: list[str]) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 import motorspace as ms
 
-run, controller, _ = ms.load_pretrained("forward-0.4pi")
+run, controller, *_ = ms.load_pretrained("forward-0.4pi")
 goal = ms.DisplacementGoal(longitudinal=1.0, lateral=-1.5, turn=math.pi / 2)
 plan = ms.plan(controller, np.full(9, 5.0), goal)  # nine distances of 5 units
 print("turns (radians) and moves (units):", plan.motors.round(2), sep="\n")

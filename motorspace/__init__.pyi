@@ -18,9 +18,6 @@ from .control.learning import ControlConfig as ControlConfig
 from .control.planning import Effort as Effort
 from .control.planning import Plan as Plan
 from .control.planning import plan as plan
-from .control.pretrained import Pretrained as Pretrained
-from .control.pretrained import load_pretrained as load_pretrained
-from .control.pretrained import pretrained_names as pretrained_names
 from .control.scores import measure_controller as measure_controller
 from .control.store import load_controller as load_controller
 from .control.store import save_controller as save_controller
@@ -42,6 +39,10 @@ from .navigation.folder import save_policy as save_policy
 from .navigation.learning import TrainedPolicy as TrainedPolicy
 from .navigation.learning import learn_policy as learn_policy
 from .navigation.measuring import evaluate_policy as evaluate_policy
+from .navigation.pretrained import Pretrained as Pretrained
+from .navigation.pretrained import load_pretrained as load_pretrained
+from .navigation.pretrained import pretrained_names as pretrained_names
+from .navigation.watch import policy_film as policy_film
 from .recordings.readers.base import AbstractReader as AbstractReader
 from .recordings.readers.base import read_log as read_log
 from .recordings.record import record as record
@@ -50,11 +51,13 @@ from .recordings.windows import windows as windows
 from .reports.codes_view import codes_view as codes_view
 from .reports.figures.answers import answers_figure as answers_figure
 from .reports.figures.codes import codes_figure as codes_figure
+from .reports.figures.films import ways_film as ways_film
 from .reports.figures.measures import curves_figure as curves_figure
 from .reports.figures.measures import learning_figure as learning_figure
 from .reports.figures.worlds import trajectories_figure as trajectories_figure
 from .reports.figures.worlds import world_figure as world_figure
 from .reports.topology_page import topology_page as topology_page
+from .training.adapt import adapt as adapt
 from .training.config import RunConfig as RunConfig
 from .training.config import TrainingConfig as TrainingConfig
 from .training.data import Derived as Derived

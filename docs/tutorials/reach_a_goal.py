@@ -12,9 +12,10 @@ import jax.numpy as jnp
 import numpy as np
 
 import motorspace as ms
+from motorspace.se2 import relative
 
 EPOCHS = 400  # 1,000 for the numbers in the results
-UPDATES = 3000  # 12,000 for the numbers in the results
+UPDATES = 3000  # 6,000 for the numbers in the results
 
 # %% [markdown]
 # ## Codes first
@@ -71,19 +72,21 @@ print(f"mean distance from the goal: {np.hypot(*off.T).mean():.3f} units")
 # ## Farther than six commands
 #
 # Codes of `best` are matrices that multiply, so what is left of a goal is known after every
-# sequence: the inverse of what was done, times the goal. Ten units ahead and eight to the left:
+# sequence: the inverse of what was done, times the goal. Four agents come together from four
+# corners; each knows only which displacement leads it there.
 
 # %%
 scenario = ms.Scenario("empty", agent)
-start = ms.Pose(*jnp.array([10.0, 10.0, 0.0, 0.0]))
-far = controller.probe(jnp.array([10.0, 8.0, 0.0]))
-ways = [
-    ms.follow(controller, scenario, start, far, rounds=8, key=jax.random.key(seed))
-    for seed in range(4)
-]
-for way in ways:
-    print(f"wanted (20, 18), reached ({way.poses.x[-1]:.2f}, {way.poses.y[-1]:.2f})")
-ms.trajectories_figure(scenario.world, [way.poses for way in ways])
+meeting = np.array([20.0, 20.0, math.pi / 2])
+corners = [(12.0, 12.0, 0.0), (28.0, 13.0, 2.0), (27.0, 28.0, 4.0), (13.0, 27.0, 5.5)]
+ways = []
+for seed, corner in enumerate(corners):
+    goal = controller.probe(jnp.array(relative(np.array(corner), meeting), jnp.float32))
+    start = ms.Pose(*jnp.array([*corner, 0.0]))
+    ways.append(ms.follow(controller, scenario, start, goal, rounds=8, key=jax.random.key(seed)))
+    end = ways[-1].poses
+    print(f"wanted (20, 20), reached ({end.x[-1]:.2f}, {end.y[-1]:.2f})")
+ms.ways_film(scenario.world, [way.poses for way in ways], meeting)
 
 # %% [markdown]
 # On the command line: `motorspace control RUN --displacement 1 -1.5 90`. How often goals are

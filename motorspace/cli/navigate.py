@@ -22,7 +22,7 @@ from motorspace.training import folder as run_folder
 from motorspace.training.data import simulated
 from motorspace.worlds.catalog import AGENTS
 
-SETTINGS = ("level", "reward", "sense_blocked", "max_steps", "num_layouts", "steps", "seed")
+SETTINGS = ("act", "level", "reward", "sense_blocked", "max_steps", "num_layouts", "steps", "seed")
 """Fields of the configuration that are flags as they are."""
 
 

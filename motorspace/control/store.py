@@ -20,7 +20,7 @@ from motorspace.control.learning import ControlConfig
 from motorspace.training.checkpoint import packed, unpacked
 from motorspace.training.run import load_run
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 CONFIG, WEIGHTS = "controller.json", "controller.safetensors"
 LEARN = "learn it with: motorspace control RUN"
 
@@ -62,12 +62,12 @@ def stored_config(folder: Path) -> ControlConfig:
     path = folder / CONFIG
     try:
         written = json.loads(path.read_bytes())
-        if written["format_version"] != FORMAT_VERSION:
+        if (version := int(written["format_version"])) != FORMAT_VERSION:
             raise UserError(
-                f"the controller is of format version {written['format_version']!r}, and this "
-                f"program reads version {FORMAT_VERSION}",
+                f"the controller is of format version {version}, and this program reads version "
+                f"{FORMAT_VERSION}",
                 where=path,
-                remedy="update motorspace",
+                remedy=LEARN if version < FORMAT_VERSION else "update motorspace",
             )
         return ControlConfig(**written["config"])
     except (FileNotFoundError, NotADirectoryError):

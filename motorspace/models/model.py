@@ -39,6 +39,26 @@ class Model(eqx.Module):
         return self.predictor(sensors / scale, code) * scale
 
 
+Parts = tuple[str, ...]
+"""Fields of a `Model`."""
+
+
+def with_parts(model: Model, other: Model, parts: Parts) -> Model:
+    """The network with these parts of another one."""
+
+    def chosen(network: Model) -> list[eqx.Module]:
+        return [getattr(network, part) for part in parts]
+
+    return eqx.tree_at(chosen, model, chosen(other)) if parts else model
+
+
+def with_fixed(model: Model, parts: Parts) -> Model:
+    """The network, of which these parts have no gradient."""
+    stop = jax.lax.stop_gradient
+    fixed = jax.tree.map(lambda x: stop(x) if eqx.is_inexact_array(x) else x, model)
+    return with_parts(model, fixed, parts)
+
+
 class Extras(NamedTuple):
     """Networks beside encoder and predictor, which only some losses need."""
 

@@ -32,6 +32,8 @@ class State(NamedTuple):
     potential: Float[Array, " N"]
     """What the shaped reward is a difference of; 0 without it."""
     seen: Seen
+    bumped: Flags
+    """Whether the agent senses that a wall took its last translation away."""
     memory: Memory
     """What the observer remembers."""
     observation: Float[Array, "O N"]
@@ -85,6 +87,11 @@ class Arena(eqx.Module):
         return int(self.problems.distance.shape[-1])
 
     @property
+    def commands_per_action(self) -> int:
+        """Commands that an action makes."""
+        return 1
+
+    @property
     def num_problems(self) -> int:
         """How many problems there are for each agent (P)."""
         return len(self.problems.distance)
@@ -127,6 +134,7 @@ class Arena(eqx.Module):
             zero,
             potential,
             self.task.begin(problem),
+            zero > 0,
             memory,
             self.observer.read(memory, moment),
         )
@@ -152,7 +160,7 @@ class Arena(eqx.Module):
         reward = jnp.where(acted, reward, 0.0)
         truncated = ~terminated & (steps >= problem.num_wander + self.rules.max_steps)
         moved = jnp.hypot(pose.x - state.pose.x, pose.y - state.pose.y)
-        potential = self._potential(problem, pose, terminated, acting)
+        potential = self._potential(state, pose, terminated, acting)
         if self._shaped:
             reward += jnp.where(acted, self.rules.discount * potential - state.potential, 0.0)
         after = State(
@@ -162,6 +170,7 @@ class Arena(eqx.Module):
             state.walked + jnp.where(acted, moved, 0.0),
             potential,
             jnp.where(acted[None], seen, state.seen),
+            moment.blocked,
             memory,
             self.observer.read(memory, moment),
         )
@@ -188,14 +197,17 @@ class Arena(eqx.Module):
     def _shaped(self) -> bool:
         return self.rules.shaped and self.task.has_goal
 
-    def _potential(self, problem: Problem, pose: Pose, terminated: Flags, acting: Flags) -> Array:
+    def _potential(self, state: State, pose: Pose, terminated: Flags, acting: Flags) -> Array:
         """Minus the way that is left; 0 at the goal. Before the agent acts it is the whole way."""
         if not self._shaped:
             return jnp.zeros_like(pose.x)
+        problem, setting = state.problem, self.setting
         goal = problem.goal.x, problem.goal.y
-        place, setting = (pose.x, pose.y), self.setting
-        way = way_length(setting.walls, setting.corners, problem.to_goal, goal, place)
-        return jnp.where(terminated, 0.0, -SHAPING * jnp.where(acting, way, problem.distance))
+        way = way_length(setting.walls, setting.corners, problem.to_goal, goal, (pose.x, pose.y))
+        left = -SHAPING * jnp.where(acting, way, problem.distance)
+        # Who touches a wall may be seen from no corner: then nothing is known to have changed.
+        left = jnp.where(jnp.isfinite(left), left, state.potential)
+        return jnp.where(terminated, 0.0, left)
 
 
 def _nth(wander: Float[Array, "W M N"], steps: Int[Array, " N"]) -> Motor:

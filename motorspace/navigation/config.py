@@ -12,6 +12,7 @@ from motorspace.worlds.checks import flag, one_of, positive, whole, within
 
 TASKS = ("home", "displacement_goal", "sensor_goal", "explore")
 REWARDS = ("sparse", "shaped")
+ACTS = ("commands", "codes")
 PARTS = ("ranges", "bump", "command", "stack", "code", "untrained_code", "displacement")
 """What can be observed."""
 
@@ -61,7 +62,7 @@ class PPOConfig:
 
     @property
     def steps_per_update(self) -> int:
-        """Environment steps between two updates."""
+        """Actions between two updates."""
         return self.num_agents * self.num_steps
 
 
@@ -95,6 +96,9 @@ class NavigationConfig:
     """What it observes: ranges, bump, command (the last one), stack (the four moments before),
     code (the goal seen from here, by a run's chained codes), untrained_code, displacement (where
     the goal truly is)."""
+    act: str = "commands"
+    """commands: each action is a command; codes: it is a code, which a run's controller turns into
+    a sequence of commands."""
     level: int = 2
     """How far goals are, and how many walls there are: 1 to 3."""
     reward: str = "sparse"
@@ -120,6 +124,7 @@ class NavigationConfig:
             object.__setattr__(self, name, registry.part(part.kind, dict(part.options)))
         one_of("task", self.task, TASKS)
         one_of("reward", self.reward, REWARDS)
+        one_of("act", self.act, ACTS)
         level_of(self.level)
         flag("sense_blocked", self.sense_blocked)
         whole("max_steps", self.episode_steps)
@@ -145,13 +150,8 @@ class NavigationConfig:
 
     @property
     def needs_run(self) -> bool:
-        """Whether a part of the observation is made by a trained run."""
-        return any(part in CODES for part in self.observe)
-
-    @property
-    def num_updates(self) -> int:
-        """Updates of the policy, at least one."""
-        return max(1, round(self.steps / self.ppo.steps_per_update))
+        """Whether codes of a trained run are observed, or acted in."""
+        return self.act == "codes" or any(part in CODES for part in self.observe)
 
     def as_json(self) -> dict[str, Any]:
         """The same as JSON-able data."""

@@ -82,7 +82,7 @@ class NavigationEnv(_Navigation, gymnasium.Env[Observation, Any]):
         task: home, displacement_goal, sensor_goal or explore.
         agent: The kind of agent, or one made before; forward by default, or the run's.
         run: The folder of a run: its agent and sensor, and its network for chained codes.
-        split: `"train"`, or `"test"` for layouts that no policy is trained in.
+        split: `"train"`, or `"test"` for layouts that no policy is trained in; or one layout.
         render_mode: `"rgb_array"` for pictures.
         **options: `sensor`, options of agent and sensor, and fields of `NavigationConfig` such as
             `observe`, `level`, `reward`, `sense_blocked`, `max_steps`, `num_layouts` and `seed`.

@@ -23,6 +23,8 @@ class Episodes(NamedTuple):
     reached: Bool[Array, "P N"]
     steps: Int[Array, "P N"]
     """The agent's own commands."""
+    decisions: Int[Array, "P N"]
+    """How often it has decided: less often than that where an action is several commands."""
     walked: Float[Array, "P N"]
     """The length of its way, world units."""
     distance: Float[Array, "P N"]
@@ -44,10 +46,15 @@ def evaluate_actor(arena: Arena, actor: AbstractActor, *, key: Key) -> Numbers:
     Returns:
         For a goal: `success`, the share of goals reached; `success.around`, of those behind a wall;
         `spl`, success weighted by the shortest way over the one walked (Anderson et al., 2018);
-        `steps`, the mean number of commands where the goal was reached. For coverage: `cells`,
+        `steps` and `decisions`, how many commands and decisions that took on average where the goal
+        was reached. For coverage: `cells`,
         the mean number of cells entered. And `num`, the number of problems.
     """
-    done = run_episodes(arena, actor, key=key)
+    return measures(arena, run_episodes(arena, actor, key=key))
+
+
+def measures(arena: Arena, done: Episodes) -> Numbers:
+    """The measures of episodes in an arena; see `evaluate_actor`."""
     num = {"num": float(done.reached.size)}
     if not arena.task.has_goal:
         return {"cells": float(done.cells.mean()), **num}
@@ -65,6 +72,7 @@ def numbers(done: Episodes, radius: float) -> Numbers:
         "success.around": _mean(reached[around]),
         "spl": float((reached * share).mean()),
         "steps": _mean(np.asarray(done.steps)[reached]),
+        "decisions": _mean(np.asarray(done.decisions)[reached]),
     }
 
 
@@ -93,11 +101,12 @@ def run_episode(
     problem: Problem = state.problem
 
     def step(now: Any, key: Key) -> tuple[Any, Pose]:
-        state, hidden, ended, reached = now
+        state, before, ended, reached = now
         act_key, _ = jax.random.split(key)
-        hidden, action = actor(arena, state, hidden, key=act_key)
+        hidden, action = actor(arena, state, before, key=act_key)
         after, outcome = arena.advance(state, arena.motors(to_agents_last(action)))
         state = select(ended, state, after)
+        hidden = jnp.where(ended[:, None], before, hidden)
         reached |= ~ended & outcome.terminated
         ended |= outcome.terminated | outcome.truncated
         return (state, hidden, ended, reached), state.pose
@@ -105,17 +114,19 @@ def run_episode(
     nobody = jnp.zeros(arena.num_agents, bool)
     first = (state, actor.initial(arena.num_agents), nobody, nobody)
     keys = jax.random.split(key, len(problem.wander) + arena.rules.max_steps)
-    (last, _, _, reached), poses = jax.lax.scan(step, first, keys)
-    return _summary(last, reached), jax.tree.map(
+    (last, hidden, _, reached), poses = jax.lax.scan(step, first, keys)
+    decisions = actor.decisions(last, hidden)
+    return _summary(last, reached, decisions), jax.tree.map(
         lambda begin, rest: jnp.concatenate([begin[None], rest]), state.pose, poses
     )
 
 
-def _summary(last: State, reached: Bool[Array, " N"]) -> Episodes:
+def _summary(last: State, reached: Bool[Array, " N"], decisions: Int[Array, " N"]) -> Episodes:
     problem = last.problem
     return Episodes(
         reached,
         last.steps - problem.num_wander,
+        decisions,
         last.walked,
         problem.distance,
         problem.around,

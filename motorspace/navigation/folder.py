@@ -18,14 +18,19 @@ from motorspace._errors import UserError
 from motorspace._files import locked, write_atomically, write_json
 from motorspace.models.model import Scaling
 from motorspace.navigation.arenas import Codes
+from motorspace.navigation.coded import blank_code_commands, code_command_sizes
+from motorspace.navigation.composed import blank_composition, composition_sizes
 from motorspace.navigation.config import NavigationConfig, navigation_from_json
 from motorspace.navigation.learning import TrainedPolicy
 from motorspace.navigation.policies import Policy
 from motorspace.training.checkpoint import packed, unpacked
 from motorspace.training.config import RunConfig, config_from_json
+from motorspace.training.data import simulated
 from motorspace.training.fit import init
 from motorspace.training.folder import read_log
+from motorspace.worlds.agents import AbstractAgent
 from motorspace.worlds.catalog import AGENTS
+from motorspace.worlds.spaces import ContinuousCommands
 
 FORMAT_VERSION = 1
 
@@ -76,8 +81,11 @@ def load_policy(folder: str | Path) -> TrainedPolicy:
     config = navigation_from_json(written["config"], where=folder / CONFIG)
     network, where = written["network"], folder / CONFIG
     found = None if network is None else config_from_json(network["config"], where=where)
-    codes = None if found is None else _blank(found, network)
-    actions = AGENTS.build(config.agent).commands.size
+    agent = AGENTS.build(config.agent)
+    codes = None if found is None else _blank(found, network, agent)
+    actions = agent.commands.size
+    if config.act == "codes" and codes is not None and codes.code_commands is not None:
+        actions = codes.code_commands.size
     policy = Policy(config.policy, written["observation_size"], actions, key=jax.random.key(0))
     policy, codes = unpacked((policy, codes), folder / POLICY)
     return TrainedPolicy(config, policy, codes, found, tuple(read_log(folder)))
@@ -97,6 +105,12 @@ def _described(trained: TrainedPolicy) -> dict[str, Any]:
             "sensors": list(scaling.sensors),
             "motors": list(scaling.motors),
         }
+        codes, parts = trained.codes, dict[str, tuple[int, ...]]()
+        if codes.code_commands is not None:
+            parts["code_commands"] = code_command_sizes(codes.code_commands)
+        if codes.composition is not None:
+            parts["composition"] = composition_sizes(codes.composition)
+        described["controller"] = parts
     return {
         "format_version": FORMAT_VERSION,
         "config": trained.config.as_json(),
@@ -105,11 +119,19 @@ def _described(trained: TrainedPolicy) -> dict[str, Any]:
     }
 
 
-def _blank(network: RunConfig, described: dict[str, Any]) -> Codes:
+def _blank(network: RunConfig, described: dict[str, Any], agent: AbstractAgent) -> Codes:
     """Networks of the right shape, whose weights are to be read."""
     scaling = Scaling(tuple(described["sensors"]), tuple(described["motors"]))
-    model = init(network, scaling, horizon=1).selected  # products have any length
-    return Codes(model, model)
+    model = init(network, scaling, horizon=simulated(network.data).horizon).selected
+    parts, commands = described["controller"], agent.commands
+    assert isinstance(commands, ContinuousCommands), "no policy has learned to jump among nodes"
+    acting, composing = (parts.get(name) for name in ("code_commands", "composition"))
+    return Codes(
+        model,
+        model,
+        acting and blank_code_commands(tuple(acting), commands),
+        composing and blank_composition(tuple(composing), commands),
+    )
 
 
 def _read(path: Path, folder: Path) -> dict[str, Any]:

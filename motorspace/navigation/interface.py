@@ -40,6 +40,10 @@ class Environment(Protocol):
     def action_size(self) -> int:
         """Channels of an action in [-1, 1] (A)."""
 
+    @property
+    def commands_per_action(self) -> int:
+        """Environment steps that an action takes at most."""
+
     def begin(self, *, key: Key) -> Environments:
         """All at the start of an episode."""
 

@@ -11,9 +11,11 @@ from jaxtyping import Array, Float
 
 from motorspace._errors import UserError
 from motorspace._types import Key
-from motorspace.navigation.arena import Arena, State
-from motorspace.navigation.arenas import Codes, Size, arena_of, codes_of
+from motorspace.control.controller import Controller
+from motorspace.control.store import load_controller
+from motorspace.navigation.arenas import Codes, Size, acted_in, arena_of, codes_of
 from motorspace.navigation.config import NavigationConfig
+from motorspace.navigation.interface import Environment, Environments
 from motorspace.navigation.policies import Policy
 from motorspace.navigation.ppo import UpdateRecord, improve, optimiser, start
 from motorspace.training.config import RunConfig
@@ -54,6 +56,7 @@ class TrainedPolicy:
 def learn_policy(
     config: NavigationConfig,
     run: Run | str | Path | None = None,
+    controller: Controller | None = None,
     *,
     callback: RecordCallback = lambda record: None,
 ) -> TrainedPolicy:
@@ -62,33 +65,61 @@ def learn_policy(
     Args:
         config: Task, body, observation, learner.
         run: The run whose codes are observed, or its folder.
+        controller: What makes commands of codes, for actions in codes; by default that in the
+            folder of the run. Codes that are no products are observed by way of it, too.
         callback: Called now and then with a record: environment steps so far, episodes ended and
             the share of them that reached the goal, mean reward.
 
     Raises:
-        UserError: For codes without a run, a run of another agent, layouts without a problem of
-            the level, and a loss that is no longer finite.
+        UserError: For codes without a run, actions in codes without a controller, a run of another
+            agent, layouts without a problem of the level, and a loss that is no longer finite.
     """
     found = _network(config, run)
-    codes = None if found is None else codes_of(found)
+    if controller is None and config.act == "codes" and isinstance(run, str | Path):
+        controller = load_controller(run)
+    codes = None if found is None else codes_of(found, controller)
+    return learn_with(config, codes, None if found is None else found.config, callback=callback)
+
+
+def learn_with(
+    config: NavigationConfig,
+    codes: Codes | None,
+    network: RunConfig | None = None,
+    *,
+    callback: RecordCallback = lambda record: None,
+    split: str = "train",
+) -> TrainedPolicy:
+    """Return the policy that a configuration describes, learned with networks that are given.
+
+    Args:
+        config: Task, body, observation, learner.
+        codes: The networks whose codes are observed, or acted in.
+        network: What determined them.
+        callback: As of `learn_policy`.
+        split: The layouts to learn in; see `arena_of`.
+
+    Raises:
+        UserError: As `learn_policy`.
+    """
     arena_key, policy_key, settle_key, start_key, key = jax.random.split(
         jax.random.key(config.seed), 5
     )
     size = Size(config.ppo.num_agents, PROBLEMS)
-    arena = arena_of(config, codes, "train", size, key=arena_key)
+    arena = acted_in(config, arena_of(config, codes, split, size, key=arena_key), codes)
     observed = random_observations(arena, key=settle_key)
     policy = Policy(config.policy, observed.shape[1], arena.action_size, key=policy_key)
-    num_updates = -(-config.num_updates // UPDATES_AT_ONCE) * UPDATES_AT_ONCE
+    steps = arena.commands_per_action * config.ppo.steps_per_update
+    num_calls = -(-max(1, round(config.steps / steps)) // UPDATES_AT_ONCE)
+    num_updates = num_calls * UPDATES_AT_ONCE
     adam = optimiser(config.ppo, num_updates)
     learner = start(arena, policy.normalised(observed), adam, key=start_key)
     log = []
-    for _ in range(num_updates // UPDATES_AT_ONCE):
+    for _ in range(num_calls):
         learner, records = improve(
             arena, learner, config.ppo, adam, num_updates=UPDATES_AT_ONCE, key=key
         )
-        log.append(_logged(config, int(learner.update), records))
+        log.append(_logged(int(learner.update) * steps, records))
         callback(log[-1])
-    network = None if found is None else found.config
     return TrainedPolicy(config, learner.policy, codes, network, tuple(log))
 
 
@@ -100,11 +131,11 @@ def _network(config: NavigationConfig, run: Run | str | Path | None) -> Run | No
 
 
 @eqx.filter_jit
-def random_observations(arena: Arena, *, key: Key) -> Float[Array, "S O"]:
+def random_observations(arena: Environment, *, key: Key) -> Float[Array, "S O"]:
     """What agents observe while they execute random commands, agents and moments in rows."""
-    begin_key, *keys = jax.random.split(key, SETTLING + 1)
+    begin_key, *keys = jax.random.split(key, 1 + SETTLING // arena.commands_per_action)
 
-    def step(state: State, key: Key) -> tuple[State, Float[Array, "N O"]]:
+    def step(state: Environments, key: Key) -> tuple[Environments, Float[Array, "N O"]]:
         action_key, step_key = jax.random.split(key)
         shape = (arena.num_agents, arena.action_size)
         action = jax.random.uniform(action_key, shape, jnp.float32, -1.0, 1.0)
@@ -115,10 +146,10 @@ def random_observations(arena: Arena, *, key: Key) -> Float[Array, "S O"]:
     return observed.reshape(-1, observed.shape[-1])
 
 
-def _logged(config: NavigationConfig, update: int, records: UpdateRecord) -> LearningRecord:
+def _logged(steps: int, records: UpdateRecord) -> LearningRecord:
     episodes = float(records.episodes.sum())
     record = {
-        "steps": update * config.ppo.steps_per_update,
+        "steps": steps,
         "episodes": episodes,
         "success": float(records.terminated.sum()) / max(episodes, 1.0),
         "reward": float(records.reward.mean()),

@@ -9,7 +9,7 @@ from motorspace.worlds.checks import one_of, whole
 from motorspace.worlds.rooms import random_rooms
 
 if TYPE_CHECKING:
-    from motorspace.worlds.world import WalledWorld
+    from motorspace.worlds.world import AbstractWorld, WalledWorld
 
 FIRST_SEED = {"train": 0, "test": 1_000_000}
 """The seeds of the rooms that policies are trained in, and of those that they never see."""
@@ -45,6 +45,27 @@ def level_of(number: int) -> Level:
             f"there is no level {number!r}", remedy=f"choose one of {', '.join(map(str, LEVELS))}"
         )
     return LEVELS[number]
+
+
+def layouts(level: Level, split: str, num: int) -> "tuple[AbstractWorld, ...]":
+    """The worlds that a word stands for: random rooms, or the one world of this name.
+
+    Args:
+        level: How large rooms are.
+        split: `"train"`, `"test"`, both in turn as `"train+test"`, or the name of a world such
+            as `"paper"`.
+        num: Random layouts of a split.
+
+    Raises:
+        UserError: As `rooms`, and for a world that there is not.
+    """
+    from motorspace.worlds.scenario import world_of
+
+    names = split.split("+")
+    if not set(names) <= set(FIRST_SEED):
+        return (world_of(split),)
+    each = [rooms(level, name, num) for name in names]
+    return tuple(world for together in zip(*each, strict=True) for world in together)
 
 
 @lru_cache(maxsize=4)

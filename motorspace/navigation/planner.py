@@ -28,6 +28,9 @@ TOUCHING = 2e-3
 
 Distances = Float[Array, "*batch"]
 
+Goals = tuple[Float[Array, "G N"], Float[Array, "G N"]]
+"""x and y of G places for each agent."""
+
 
 class Corners(eqx.Module):
     """The points where ways bend, for each of N worlds or agents (last axis).
@@ -137,6 +140,19 @@ def way_length(
     """
     around = _from_corners(walls, corners, place) + to_goal
     return jnp.minimum(_seen_length(walls, place, goal), around.min(axis=0))
+
+
+def way_lengths(
+    walls: Walls, corners: Corners, to_goals: Float[Array, "G V N"], goals: Goals, place: Point
+) -> Float[Array, "G N"]:
+    """The length of the shortest way from a place to each of G goals; see `way_length`."""
+    bends = _from_corners(walls, corners, place)
+
+    def one(goal: tuple[Array, Array, Array]) -> Float[Array, " N"]:
+        x, y, to_goal = goal
+        return jnp.minimum(_seen_length(walls, place, (x, y)), (bends + to_goal).min(axis=0))
+
+    return jax.lax.map(one, (*goals, to_goals))
 
 
 def next_stop(

@@ -126,6 +126,17 @@ class Explore(AbstractNavigation):
         return seen | here, 0.1 * new.astype(jnp.float32), jnp.zeros_like(new)
 
 
+def cell_centres(scenario: Scenario) -> tuple[Float[Array, "C N"], Float[Array, "C N"]]:
+    """x and y of the middle of each cell, row by row as they are counted, in each agent's world."""
+    world: Any = scenario.world
+    x_low, y_low, x_high, y_high = world.bounds
+    share = (jnp.arange(CELLS, dtype=jnp.float32) + 0.5)[:, None] / CELLS
+    x, y = (
+        low[None] + share * (high - low)[None] for low, high in ((x_low, x_high), (y_low, y_high))
+    )
+    return jnp.tile(x, (CELLS, 1)), jnp.repeat(y, CELLS, axis=0)
+
+
 TASKS: dict[str, type[AbstractNavigation]] = {
     "home": Home,
     "displacement_goal": DisplacementGoal,

@@ -1,20 +1,21 @@
 """What do learned codes add to reinforcement learning of navigation?"""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from motorspace.analysis.measures import Measure, define
-from motorspace.navigation.config import NavigationConfig, PolicyConfig
+from motorspace.navigation.config import NavigationConfig, PolicyConfig, PPOConfig
 from motorspace.running.jobs import Job, cell
-from motorspace.studies.cells import system
-from motorspace.studies.rows import Numbers, Row
+from motorspace.studies.cells import derived, system
+from motorspace.studies.interquartile import interquartile
+from motorspace.studies.rows import Numbers, Row, Settings, Spread
 from motorspace.studies.study import Budget, Line, Study, Table, Target
+from motorspace.training.data import simulated
 
 if TYPE_CHECKING:
+    from motorspace.navigation.arenas import Codes
     from motorspace.training.run import Run
 
 define(
@@ -22,76 +23,162 @@ define(
     Measure("navigation.{kind}.success.around", "behind walls, {kind}", goal="high", perfect=1.0),
     Measure("navigation.{kind}.spl", "SPL, {kind}", goal="high", perfect=1.0),
     Measure("navigation.{kind}.steps", "commands to the goal, {kind}", goal="low"),
+    Measure("navigation.{kind}.decisions", "decisions to the goal, {kind}", goal="low"),
     Measure("navigation.{kind}.cells", "cells entered, {kind}", goal="high"),
     Measure("navigation.{kind}.num", "problems, {kind}"),
+    Measure("navigation.lead.success", "goals that true displacement reaches beyond", goal="low"),
+    Measure("navigation.share.steps", "commands, relative to true displacement", goal="low"),
 )
 
-STEPS = {"home": 300_000, "displacement_goal": 1_000_000}
-"""Environment steps from which the policies of a task learn."""
+POLICIES = 2
+"""Policies that learn with each network: two networks of five make four runs of ten."""
+
+STEPS = {
+    "home": 300_000,
+    "displacement_goal": 1_000_000,
+    "sensor_goal": 300_000,
+    "explore": 300_000,
+}
+"""Commands from which the policies of a task learn."""
 
 SENSED = ("ranges", "bump", "command")
+CODED = (*SENSED, "code")
 MEMORY = PolicyConfig(memory_size=64)
+IN_CODES = PPOConfig(num_steps=4, num_epochs=8, learning_rate=2e-3, discount=0.94)
+"""An action takes six commands, so there are fewer of them, and each is worth six."""
 
-OBSERVATIONS: Mapping[str, Mapping[str, Any]] = {
-    "ranges": {"observe": SENSED},
-    "ranges + four frames": {"observe": (*SENSED, "stack")},
-    "ranges + GRU": {"observe": SENSED, "policy": MEMORY},
-    "chained code": {"observe": (*SENSED, "code")},
-    "chained code + GRU": {"observe": (*SENSED, "code"), "policy": MEMORY},
-    "chained code, bumps not sensed": {
-        "observe": ("ranges", "command", "code"),
-        "sense_blocked": False,
-    },
-    "untrained code": {"observe": (*SENSED, "untrained_code")},
-    "true displacement": {"observe": (*SENSED, "displacement")},
-    "true displacement + GRU": {"observe": (*SENSED, "displacement"), "policy": MEMORY},
+CONTROL_UPDATES = 3000
+"""Of the controller, or of what composes codes that are no products."""
+
+
+@dataclass(frozen=True)
+class Observed:
+    """A row: what a policy observes, how it acts, and for which tasks."""
+
+    options: Mapping[str, Any]
+    tasks: tuple[str, ...] = ("home",)
+    codes: str = "learned"
+    """The network whose codes they are."""
+    times: int = 1
+    """How often the usual number of commands it learns from."""
+    networks: int | None = None
+    """With how many of the networks it is learned, by one policy each; by default with all."""
+
+
+GOALS = ("home", "displacement_goal")
+
+OBSERVATIONS: Mapping[str, Observed] = {
+    "ranges": Observed({"observe": SENSED}, (*GOALS, "sensor_goal", "explore")),
+    "ranges + four frames": Observed({"observe": (*SENSED, "stack")}),
+    "ranges + GRU": Observed({"observe": SENSED, "policy": MEMORY}, (*GOALS, "explore")),
+    "ranges + GRU, 20 times the steps": Observed(
+        {"observe": SENSED, "policy": MEMORY}, times=20, networks=3
+    ),
+    "chained code": Observed({"observe": CODED}, (*GOALS, "sensor_goal", "explore")),
+    "chained code, shaped reward": Observed(
+        {"observe": CODED, "reward": "shaped"}, ("displacement_goal",), networks=1
+    ),
+    "chained code + GRU": Observed({"observe": CODED, "policy": MEMORY}, GOALS),
+    "chained code, bumps not sensed": Observed(
+        {"observe": ("ranges", "command", "code"), "sense_blocked": False}
+    ),
+    "codes as actions": Observed({"observe": CODED, "act": "codes", "ppo": IN_CODES}, GOALS),
+    "untrained code": Observed({"observe": (*SENSED, "untrained_code")}, GOALS),
+    "supervised code": Observed({"observe": CODED}, GOALS, codes="supervised"),
+    "paper's code, learned composition": Observed({"observe": CODED}, codes="paper"),
+    "true displacement": Observed({"observe": (*SENSED, "displacement")}, (*GOALS, "sensor_goal")),
 }
-"""What each row observes, and whether it remembers."""
 
 BESIDE = ("chance", "planner")
 """Rows that learn nothing."""
 
-NUM_RESAMPLES = 9999
+NUM_BESIDE = 512
+"""Problems for them: a planner that tries many commands takes its time."""
+
+CODES = ("learned", "supervised", "paper")
 
 
 def jobs(budget: Budget, seeds: int) -> list[Job]:
-    """A network of the preset `best` for each seed, with which every row is learned."""
-    return [
-        Job(
-            "navigation",
-            cell(agent="forward", rotation=0.4),
-            system("forward", 0.4, budget, seed, "best"),
-            "quick" if budget == "quick" else "full",
-        )
-        for seed in range(seeds)
-    ]
+    """For each seed a network of the preset `best`, one that learned by labels, the paper's."""
+
+    def job(codes: str, seed: int) -> Job:
+        config = system("forward", 0.4, budget, seed, "paper" if codes == "paper" else "best")
+        if codes == "supervised":
+            config = derived(config, "supervised")
+        measure = f"quick {codes}" if budget == "quick" else codes
+        return Job("navigation", cell(agent="forward", codes=codes, rotation=0.4), config, measure)
+
+    return [job(codes, seed) for codes in CODES for seed in range(seeds)]
 
 
-def measured(run: "Run", num: int, *, share: float) -> Numbers:
-    """Every row of every task: {TASK/ROW/MEASURE: value}, after a share of the steps."""
-    from motorspace.navigation.learning import learn_policy
-    from motorspace.navigation.measuring import evaluate_policy
+def measured(run: "Run", num: int, *, codes: str, share: float = 1.0) -> Numbers:
+    """Every row of a network: {POLICY/TASK/ROW/MEASURE: value}, after a share of the steps."""
+    from motorspace.navigation.learning import learn_with
+    from motorspace.navigation.measuring import evaluate_others, evaluate_policy
 
     del num
-    found = dict[str, float]()
-    for task, steps in STEPS.items():
-        for row, observed in OBSERVATIONS.items():
-            config = configuration(run, task, observed, round(share * steps))
-            trained = learn_policy(config, run)
-            for key, value in evaluate_policy(trained, seed=config.seed).items():
+    found, networks = dict[str, float](), _networks(run, codes)
+    for number, seed in enumerate(policy_seeds(run)):
+
+        def add(task: str, row: str, numbers: Numbers, number: int = number) -> None:
+            for key, value in numbers.items():
                 kind, _, measure = key.partition(".")
-                place = f"{task}/{kind if kind in BESIDE else row}"
-                found[f"{place}/navigation.{_split(kind)}.{measure}"] = value
+                place = f"{number}/{task}/{kind if kind in BESIDE else row}"
+                found[f"{place}/navigation.{_split(kind)}.{measure}"] = float(value)
+
+        for task, steps in STEPS.items():
+            for row, observed in _rows(run, number, task, codes):
+                config = configuration(run, task, observed, round(share * steps), seed)
+                trained = learn_with(config, networks, run.config)
+                add(task, row, evaluate_policy(trained, beside=False, seed=seed))
+            if codes == "learned":
+                config = configuration(run, task, OBSERVATIONS["ranges"], steps, seed)
+                add(task, "", evaluate_others(config, num=NUM_BESIDE, seed=seed))
     return found
 
 
+def policy_seeds(run: "Run") -> range:
+    """The seeds of the policies that learn with a network."""
+    first = POLICIES * run.config.training.seed
+    return range(first, first + POLICIES)
+
+
+def _rows(run: "Run", number: int, task: str, codes: str) -> list[tuple[str, Observed]]:
+    """The rows that the policy of this number learns with a network."""
+
+    def wanted(row: Observed) -> bool:
+        if task not in row.tasks or row.codes != codes:
+            return False
+        if row.networks is None:
+            return True
+        return number == 0 and run.config.training.seed < row.networks
+
+    return [(name, row) for name, row in OBSERVATIONS.items() if wanted(row)]
+
+
+def _networks(run: "Run", codes: str) -> "Codes":
+    """The network, and what its controller adds where a row needs it."""
+    from motorspace.control.controller import learn_controller
+    from motorspace.control.learning import ControlConfig
+    from motorspace.navigation.arenas import codes_of
+    from motorspace.navigation.composed import learn_composition
+
+    config = ControlConfig(updates=CONTROL_UPDATES, restarts=1)
+    match codes:
+        case "learned":
+            return codes_of(run, learn_controller(run, config))
+        case "paper":
+            return codes_of(run)._replace(composition=learn_composition(run, config))
+    return codes_of(run)
+
+
 def configuration(
-    run: "Run", task: str, observed: Mapping[str, Any], steps: int
+    run: "Run", task: str, observed: Observed, steps: int, seed: int
 ) -> NavigationConfig:
-    """A policy for the body of a run, with its seed."""
-    data: Any = run.config.data
-    config = NavigationConfig(task=task, agent=data.agent, sensor=data.sensor, steps=steps)
-    return replace(config, seed=run.config.training.seed, **observed)
+    """A policy for the body of a run."""
+    data: Any = simulated(run.config.data)
+    config = NavigationConfig(task=task, agent=data.agent, sensor=data.sensor, seed=seed)
+    return replace(config, steps=observed.times * steps, **observed.options)
 
 
 def _split(kind: str) -> str:
@@ -100,17 +187,21 @@ def _split(kind: str) -> str:
 
 
 def rows(found: Sequence[Row]) -> list[Row]:
-    """A row for each task and observation."""
-    return [
-        replace(
-            row,
-            cell={"task": task, "observed": name},
-            runs={seed: _of(numbers, f"{task}/{name}/") for seed, numbers in row.runs.items()},
-        )
-        for row in found
-        for task in STEPS
-        for name in (*OBSERVATIONS, *BESIDE)
-    ]
+    """A row for each task and observation, with the policies of all networks as its seeds."""
+    made = []
+    for task in STEPS:
+        for name in (*OBSERVATIONS, *BESIDE):
+            runs = {
+                POLICIES * seed + number: numbers
+                for row in found
+                for seed, all_numbers in row.runs.items()
+                for number in range(POLICIES)
+                if (numbers := _of(all_numbers, f"{number}/{task}/{name}/"))
+            }
+            if runs:
+                cells = {"task": task, "observed": name}
+                made.append(Row("navigation", cells, found[0].epochs, dict(sorted(runs.items()))))
+    return [_against_truth(row, made) for row in made]
 
 
 def _of(numbers: Numbers, place: str) -> dict[str, Any]:
@@ -119,59 +210,90 @@ def _of(numbers: Numbers, place: str) -> dict[str, Any]:
     }
 
 
+SUCCESS, COMMANDS = "navigation.unseen.success", "navigation.unseen.steps"
+
+
+def _against_truth(row: Row, rows: Sequence[Row]) -> Row:
+    """The row with what the true displacement does beyond it, seed by seed."""
+    known = {"task": row.cell["task"], "observed": "true displacement"}
+    true = next((other for other in rows if other.matches(known)), None)
+    if true is None or not row.runs.keys() <= true.runs.keys():
+        return row
+    pairs = [(row.runs[seed], true.runs[seed]) for seed in row.runs]
+    if not all(key in numbers for key in (SUCCESS, COMMANDS) for pair in pairs for numbers in pair):
+        return row
+    lead = Spread(tuple(float(best[SUCCESS]) - float(own[SUCCESS]) for own, best in pairs))
+    share = Spread(tuple(float(own[COMMANDS]) / float(best[COMMANDS]) for own, best in pairs))
+    return row.with_measures({"navigation.lead.success": lead, "navigation.share.steps": share})
+
+
 def lines(found: Sequence[Row], *, task: str) -> list[Line]:
-    """Interquartile means over seeds with bootstrapped 95 % intervals (Agarwal et al., 2021)."""
+    """Interquartile means over policies with bootstrapped 95 % intervals."""
     return [
-        {"observed": row.cell["observed"], "seeds": len(row.runs)}
-        | {head: interquartile(row[key].values) for head, key in HEADS.items() if key in row}
+        {"observed": row.cell["observed"], "policies": len(row.runs)}
+        | {head: interquartile([row[key].values]) for head, key in HEADS.items() if key in row}
         for row in found
         if row.cell["task"] == task
     ]
 
 
-def interquartile(values: Sequence[float]) -> dict[str, float]:
-    """The mean of the middle half, and its percentile interval.
+def aggregated(found: Sequence[Row]) -> list[Line]:
+    """The rows that stand in both tasks with goals, over tasks and policies."""
+    by_place = {(row.cell["task"], row.cell["observed"]): row for row in found}
 
-    >>> interquartile([0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 9.0])["mean"]
-    1.0
-    """
-    random = np.random.default_rng(0)
-    resampled = random.choice(np.asarray(values), (NUM_RESAMPLES, len(values)))
-    low, high = np.percentile(_middle(resampled), [2.5, 97.5])
-    return {"mean": float(_middle(np.asarray(values))), "low": float(low), "high": float(high)}
+    def line(name: str) -> Line | None:
+        both = [by_place.get((task, name)) for task in GOALS]
+        ours = [row for row in both if row is not None and SUCCESS in row]
+        if len(ours) < len(GOALS):
+            return None
+        shown = {"goals reached, unseen": SUCCESS, "SPL": "navigation.unseen.spl"}
+        return {"observed": name} | {
+            head: interquartile([row[key].values for row in ours]) for head, key in shown.items()
+        }
 
-
-def _middle(values: np.ndarray) -> Any:
-    """The mean of the values between the quartiles, along the last axis."""
-    ordered, cut = np.sort(values, axis=-1), values.shape[-1] // 4
-    return ordered[..., cut : values.shape[-1] - cut].mean(axis=-1)
+    return [made for name in (*OBSERVATIONS, *BESIDE) if (made := line(name))]
 
 
 HEADS = {
     "goals reached, seen": "navigation.seen.success",
-    "goals reached, unseen": "navigation.unseen.success",
+    "goals reached, unseen": SUCCESS,
     "behind walls": "navigation.unseen.success.around",
     "SPL": "navigation.unseen.spl",
-    "commands": "navigation.unseen.steps",
+    "commands": COMMANDS,
+    "decisions": "navigation.unseen.decisions",
+    "cells entered, seen": "navigation.seen.cells",
+    "cells entered, unseen": "navigation.unseen.cells",
 }
 
 HOME = {"task": "home", "observed": "chained code"}
+REACH: Settings = {"task": "displacement_goal", "observed": ("chained code", "chained code + GRU")}
 
 STUDY = Study(
     name="navigation",
     question="What do learned codes add to reinforcement learning of navigation?",
     jobs=jobs,
-    measures={"full": partial(measured, share=1.0), "quick": partial(measured, share=0.1)},
+    measures={codes: partial(measured, codes=codes) for codes in CODES}
+    | {f"quick {codes}": partial(measured, codes=codes, share=0.1) for codes in CODES},
     rows=rows,
-    tables={f"navigation_{task}": Table(partial(lines, task=task)) for task in STEPS},
+    tables={f"navigation_{task}": Table(partial(lines, task=task)) for task in STEPS}
+    | {"navigation": Table(aggregated)},
     targets=(
         Target("home, seen layouts", "navigation.seen.success", at_least=0.97, cells=HOME),
-        Target("home, unseen layouts", "navigation.unseen.success", at_least=0.97, cells=HOME),
+        Target("home, unseen layouts", SUCCESS, at_least=0.97, cells=HOME),
+        Target(
+            "home, below true displacement", "navigation.lead.success", at_most=0.02, cells=HOME
+        ),
+        Target(
+            "home, commands over those of the true displacement",
+            "navigation.share.steps",
+            at_most=1.1,
+            cells=HOME,
+        ),
         Target(
             "displacement goals behind walls, unseen layouts",
             "navigation.unseen.success.around",
             at_least=0.85,
-            cells={"task": "displacement_goal", "observed": "chained code + GRU"},
+            cells=REACH,
         ),
     ),
 )

@@ -13,7 +13,7 @@ from jaxtyping import Int
 from motorspace._errors import UserError
 from motorspace._types import Count, Key, Keys, Record, Scalar
 from motorspace.models.losses import encode_all, prediction_loss
-from motorspace.models.model import Model, Scaling, build_model
+from motorspace.models.model import Model, Parts, Scaling, build_model, with_fixed, with_parts
 from motorspace.training.config import RunConfig, TrainingConfig
 from motorspace.training.objective import EpochRecord, extras_for, objective
 from motorspace.trajectories.transitions import Experience, ExperienceSource
@@ -87,9 +87,14 @@ def init(
 
 @eqx.filter_jit
 def train_epoch(
-    state: TrainState, source: ExperienceSource, config: TrainingConfig, *, key: Key
+    state: TrainState,
+    source: ExperienceSource,
+    config: TrainingConfig,
+    *,
+    frozen: Parts = (),
+    key: Key,
 ) -> tuple[TrainState, EpochRecord]:
-    """The state after one more epoch, and its record.
+    """The state after one more epoch, and its record; `frozen` parts of the network stay.
 
     The epoch's randomness is a function of `key` and its number alone: a resumed run continues
     to the same weights.
@@ -102,9 +107,8 @@ def train_epoch(
 
     def loss(trainable: Model, batch: Experience, key: Key) -> tuple[Scalar, EpochRecord]:
         model = eqx.combine(trainable, fixed)
-        if not config.train_encoder:
-            model = _with_fixed_encoder(model)
-        return objective(model, batch, config, state.epoch, key=key)
+        fixed_parts = frozen if config.train_encoder else (*frozen, "encoder")
+        return objective(with_fixed(model, fixed_parts), batch, config, state.epoch, key=key)
 
     def update(carry: Carry, given: tuple[Experience, Key]) -> tuple[Carry, EpochRecord]:
         trainable, moments, average = carry
@@ -127,12 +131,6 @@ def train_epoch(
     return after, jax.tree.map(jnp.mean, records)
 
 
-def _with_fixed_encoder(model: Model) -> Model:
-    stop = jax.lax.stop_gradient
-    encoder = jax.tree.map(lambda x: stop(x) if eqx.is_inexact_array(x) else x, model.encoder)
-    return eqx.tree_at(lambda m: m.encoder, model, encoder)
-
-
 def _batches(
     source: ExperienceSource, config: TrainingConfig, epoch: Count, *, key: Key
 ) -> Experience:
@@ -152,6 +150,7 @@ def fit(
     source: ExperienceSource,
     *,
     validation: Experience | None = None,
+    frozen: Parts = (),
     callback: Callback = lambda state, record: None,
 ) -> TrainState:
     """Train from `state` to the configured number of epochs.
@@ -165,6 +164,7 @@ def fit(
             key and the epoch to fresh transitions.
         validation: With these the state keeps the network that has predicted them best after any
             epoch.
+        frozen: Parts of the network that keep the weights that they have in `state`.
         callback: Called after every epoch with the state and its record.
 
     Raises:
@@ -173,9 +173,9 @@ def fit(
     # The key is an argument and no constant of the program: all seeds share one compiled epoch.
     training = config.training
     key = _epochs_key(training.seed)
-    state = most_promising(config, state, source)
+    state = most_promising(config, state, source, frozen=frozen)
     for epoch in range(int(state.epoch), training.epochs):
-        state, record = train_epoch(state, source, training, key=key)
+        state, record = train_epoch(state, source, training, frozen=frozen, key=key)
         logged = _logged(epoch + 1, record)
         if validation is not None:
             state, error = keep_best(state, validation)
@@ -184,7 +184,9 @@ def fit(
     return state
 
 
-def most_promising(config: RunConfig, state: TrainState, source: ExperienceSource) -> TrainState:
+def most_promising(
+    config: RunConfig, state: TrainState, source: ExperienceSource, *, frozen: Parts = ()
+) -> TrainState:
     """Of the seed's restarts, the first of which is `state`, the one to train.
 
     It is the one with the lowest prediction loss after the epochs of the trial, in which all
@@ -200,10 +202,14 @@ def most_promising(config: RunConfig, state: TrainState, source: ExperienceSourc
         init(config, scaling, horizon=horizon, validated=validated, restart=restart)
         for restart in range(1, training.restarts)
     ]
-    restarts, key, losses = [state, *others], _epochs_key(training.seed), []
+    shared = [
+        eqx.tree_at(lambda s: s.model, other, with_parts(other.model, state.model, frozen))
+        for other in others
+    ]
+    restarts, key, losses = [state, *shared], _epochs_key(training.seed), []
     for tried in restarts:
         for _ in range(training.trial_epochs):
-            tried, record = train_epoch(tried, source, training, key=key)
+            tried, record = train_epoch(tried, source, training, frozen=frozen, key=key)
         losses.append(float(jnp.nan_to_num(record.prediction_loss, nan=jnp.inf)))
     return restarts[losses.index(min(losses))]
 

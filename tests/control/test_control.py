@@ -11,7 +11,8 @@ import pytest
 
 from motorspace._errors import UserError
 from motorspace._types import Pose
-from motorspace.control.codes import encode, whitening
+from motorspace.analysis.probes import displacement_targets
+from motorspace.control.codes import encode, fit_probe, whitening
 from motorspace.control.composing import (
     as_code,
     as_matrix,
@@ -81,6 +82,28 @@ def test_the_probe_maps_displacements_to_their_codes(controller):
     code = encode(controller.model, sequence((0.5, 1.0), (0.2, 0.3), (-1.0, 0.8)))
     displacement = moved(exact.AGENT, sequence((0.5, 1.0), (0.2, 0.3), (-1.0, 0.8)))
     np.testing.assert_allclose(controller.probe(displacement), code, atol=1e-3)
+
+
+def test_the_probe_bends_where_examples_show_it_and_goes_on_straight_beyond(getkey):
+    def bent(moved):
+        x, y, cos, sin = np.asarray(displacement_targets(jnp.asarray(moved))).T
+        return jnp.asarray(np.stack([x + 0.1 * x * y, cos + 0.1 * x * sin], axis=-1))
+
+    moved = np.asarray(jax.random.uniform(getkey(), (50, 3), minval=-1.0, maxval=1.0))
+    probe = fit_probe(moved, bent(moved))
+    new = np.asarray(jax.random.uniform(getkey(), (20, 3), minval=-0.9, maxval=0.9))
+    np.testing.assert_allclose(jax.vmap(probe)(jnp.asarray(new)), bent(new), atol=0.01)
+    far = jnp.array([[10.0, 0.0, 0.0], [20.0, 0.0, 0.0], [30.0, 0.0, 0.0]])
+    first, second = jnp.diff(jax.vmap(probe)(far), axis=0)
+    np.testing.assert_allclose(first, second, atol=1e-3)
+
+
+def test_the_probe_does_not_bend_for_noise(getkey):
+    moved = np.asarray(jax.random.uniform(getkey(), (50, 3), minval=-1.0, maxval=1.0))
+    noise = 0.1 * jax.random.normal(getkey(), (50, 1))
+    probe = fit_probe(moved, jnp.asarray(moved[:, :1]) + noise)
+    bend = np.abs(np.asarray(probe.weights[5:]))
+    assert bend.max() < 0.03
 
 
 def test_refining_finds_the_root_of_what_is_asked():

@@ -58,7 +58,7 @@ def test_a_controller_comes_back_as_it_was(run):
         (CONFIG, None, "this run has no controller"),
         (CONFIG, b"{", "the controller cannot be read"),
         (CONFIG, b'{"format_version": 9}', "format version 9"),
-        (CONFIG, b'{"format_version": 1, "config": {"magic": 1}}', "the controller cannot be read"),
+        (CONFIG, b'{"format_version": 2, "config": {"magic": 1}}', "the controller cannot be read"),
         (WEIGHTS, b"1234", "cut off or damaged"),
     ],
 )

@@ -131,6 +131,7 @@ def test_the_code_of_a_page_runs(page, tmp_path, monkeypatch):
         ("own_layout_and_sensor", {"EPOCHS": 10, "NUM": 1000}),
         ("robot_log", {"STEPS": 2000, "EPOCHS": 3}),
         ("measure_codes", {"NUM": 1000}),
+        ("navigate", {"STEPS": 1000, "NUM": 16}),
     ],
 )
 def test_a_tutorial_runs(name, changes):

@@ -21,6 +21,7 @@ class ToTheMiddle(eqx.Module):
 
     num_agents: int = eqx.field(static=True, default=64)
     action_size: int = eqx.field(static=True, default=2)
+    commands_per_action: int = eqx.field(static=True, default=1)
 
     def begin(self, *, key):
         shape = (self.num_agents, 2)

@@ -164,13 +164,14 @@ def test_one_who_knows_the_map_reaches_every_goal_and_chance_does_not(arenas):
 
 def test_success_is_weighted_by_the_way():
     done = Episodes(
-        jnp.array([[True, True, False]]), jnp.array([[3, 5, 9]]), jnp.array([[4.0, 8.0, 1.0]]),
+        jnp.array([[True, True, False]]), jnp.array([[3, 5, 9]]), jnp.array([[2, 1, 2]]),
+        jnp.array([[4.0, 8.0, 1.0]]),
         jnp.array([[5.0, 5.0, 5.0]]), jnp.array([[False, True, False]]), jnp.zeros((1, 3), int),
     )  # fmt: skip
     found = numbers(done, radius=1.0)
     assert found["success"] == pytest.approx(2 / 3)
     assert found["spl"] == pytest.approx((1.0 + 0.5) / 3)
-    assert found["success.around"] == 1.0 and found["steps"] == 4.0
+    assert found["success.around"] == 1.0 and found["steps"] == 4.0 and found["decisions"] == 1.5
 
 
 def test_layouts_of_training_and_test_differ():

@@ -131,7 +131,7 @@ def test_a_run_says_which_body_acts(tmp_path):
         (lambda: NavigationEnv(level=7), "there is no level 7"),
         (lambda: NavigationEnv(legs=6), "there is no option legs"),
         (lambda: NavigationEnv(observe=("code",)), "codes are computed by a trained network"),
-        (lambda: NavigationEnv(split="exam"), "split must be 'train' or 'test'"),
+        (lambda: NavigationEnv(split="exam"), "there is no layout 'exam'"),
         (lambda: NavigationEnv("home", "lattice"), "moves from node to node|cannot sense"),
         (lambda: NavigationEnv(max_steps=0, num_layouts=1), "max_steps must be at least 1"),
         (lambda: NavigationVectorEnv(num_envs=0), "num_envs must be at least 1"),

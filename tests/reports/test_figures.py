@@ -3,10 +3,12 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+import PIL.Image
+import PIL.ImageSequence
 import pytest
 
 from motorspace import ForwardAgent, RangeFan, layout, rollout
-from motorspace.reports.figures import codes, measures, style, worlds
+from motorspace.reports.figures import codes, films, measures, style, worlds
 from motorspace.reports.figures.measures import Axis
 
 RNG = np.random.default_rng(0)
@@ -25,6 +27,17 @@ def test_worlds_agents_and_their_ways():
     assert len(worlds.world_figure(world).axes[0].collections) == 1, "walls alone"
     assert is_png(worlds.trajectories_figure(world, [path, path]))
     assert len(worlds.layouts_figure({"one": world, "two": world}).axes) == 2
+
+
+def test_a_film_has_a_frame_for_each_command_and_the_end_stays(tmp_path):
+    world, agent = layout("paper"), ForwardAgent()
+    start = world.place(key=jax.random.key(0))
+    paths = [rollout(world, agent, start, jnp.ones((num, 2))) for num in (3, 5)]
+    film = films.ways_film(world, paths, np.array([1.0, 2.0, 0.5]), RangeFan())
+    film.save(tmp_path / "film.gif", writer="pillow", dpi=20)
+    with PIL.Image.open(tmp_path / "film.gif") as image:
+        pictures = [frame.convert("RGB").tobytes() for frame in PIL.ImageSequence.Iterator(image)]
+    assert len(set(pictures)) >= 5, "they move"
 
 
 def test_codes_have_a_panel_for_each_component_of_each_run():

@@ -28,20 +28,21 @@ def answers_figure(
         x, y, angle = path.T
         colour = SERIES[index % len(SERIES)]
         axes.plot(x, y, color=colour, lw=1.2, alpha=0.8, marker="o", ms=3)
-        _arrow(axes, (x[-1], y[-1], angle[-1]), colour)
-    _arrow(axes, (0.0, 0.0, 0.0), ink("text"))
+        draw_pose(axes, (x[-1], y[-1], angle[-1]), colour)
+    draw_pose(axes, (0.0, 0.0, 0.0), ink("text"))
     if goal is not None:
         axes.scatter(goal[0], goal[1], s=220, facecolors="none", edgecolors=ink("text"), zorder=4)
-        _arrow(axes, tuple(goal), ink("text"))
+        draw_pose(axes, tuple(goal), ink("text"))
     axes.set(aspect="equal", xlabel="ahead, world units", ylabel="to the left, world units")
     return figure
 
 
-def _arrow(axes: Axes, pose: tuple[float, ...], colour: str) -> None:
+def draw_pose(axes: Axes, pose: tuple[float, ...], colour: str, length: float = ARROW) -> None:
+    """Draw an arrow from a position (x, y) in the direction of an angle."""
     x, y, angle = pose
     axes.annotate(
         "",
-        xy=(x + ARROW * np.cos(angle), y + ARROW * np.sin(angle)),
+        xy=(x + length * np.cos(angle), y + length * np.sin(angle)),
         xytext=(x, y),
         arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 1.4},
         zorder=5,
