@@ -73,8 +73,12 @@ def _happened(
 
 def _each(wanted: Places, end: Callable[[Pose, int, Key], Pose], *, key: Key) -> Trials:
     keys = jax.random.split(key, len(wanted.sensors))
-    starts = [Pose(*fields) for fields in zip(*wanted.start, strict=True)]
-    ends = [end(*case) for case in zip(starts, range(len(keys)), keys, strict=True)]
+
+    def one(index: int) -> Pose:
+        start = jax.tree.map(lambda field: field[index], wanted.start)
+        return end(start, index, keys[index])
+
+    ends = [one(index) for index in range(len(keys))]
     return away(jax.tree.map(lambda *fields: jnp.stack(fields), *ends), wanted.goal)
 
 

@@ -53,6 +53,13 @@ class Roads:
         near, gap = self._begun(places)
         return np.asarray((gap + lengths[near]).min(axis=1))
 
+    def roughly_left(
+        self, places: Float[np.ndarray, "2 P"], lengths: Float[np.ndarray, " N"]
+    ) -> Float[np.ndarray, " P"]:
+        """The same by the nearest kept place, whether or not it is in sight."""
+        gap, near = self.tree.query(places.T)
+        return np.asarray(gap + lengths[near])
+
     def _begun(
         self, places: Float[np.ndarray, "2 P"]
     ) -> tuple[np.ndarray, Float[np.ndarray, "P k"]]:
