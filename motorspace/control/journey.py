@@ -39,7 +39,7 @@ class Journey:
         goal: The readings wanted, [K], raw units.
 
     Example:
-        >>> journey = Journey(guide, roads_of(judge), sensors, goal)  # doctest: +SKIP
+          # doctest: +SKIP
         >>> motors = journey.plan(key=key)  # doctest: +SKIP
         >>> journey.sensed(motors, sensors_after)  # doctest: +SKIP
     """
