@@ -111,8 +111,8 @@ class Guide:
             key: Source of randomness.
         """
         code = jnp.asarray(self.code_of(course.moved), jnp.float32)
-        motors = _answers(self.controller, code, effort, jax.random.split(key, ANSWERS))
-        motors = np.asarray(motors, np.float64)
+        answers = _answers(self.controller, code, effort, jax.random.split(key, ANSWERS))
+        motors = np.asarray(answers, np.float64)
         off = features(self._moved(motors)) - features(course.moved[:, None])
         misses = np.linalg.norm(off, axis=0) + BLOCKED * (self.room(course.here, motors) <= 0)
         best = int(np.argmin(misses))
