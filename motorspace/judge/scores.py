@@ -14,6 +14,7 @@ from motorspace.evaluation.floor import FLOOR_SEED, predict, remember
 from motorspace.evaluation.prediction import Metrics
 from motorspace.evaluation.sampling import test_trajectories
 from motorspace.judge.judge import NUM_EXPLORED, Calibration, Judge, calibrate
+from motorspace.judge.places import Hypotheses
 from motorspace.judge.walks import walk
 from motorspace.training.config import RunConfig
 from motorspace.training.data import simulated
@@ -29,7 +30,7 @@ UNSEEN, UNSEEN_STEPS = 20, 2_000
 """Seeds of the layouts that the encoder has never seen begin here; steps of looking around."""
 CHUNK_SIZE = 100
 FLOOR_POSES, FLOOR_NEIGHBOURS = 300_000, 200
-TIMED, WARM = 40, 10
+TIMED, WARM = 20, 5
 """Epochs that are timed, after so many that are not."""
 
 
@@ -88,18 +89,20 @@ def measure_judge(run: Run, explored: Explored, *, num: int) -> Metrics:
     test = _Test(run, explored.calibration, scenario, num, key=key)
     metrics = dict(explored.seconds)
     for steps, judge in explored.seen.items():
-        errors = test.errors(judge, test.of_codes)
+        places = test.located(judge)
+        errors = test.errors(judge, places, test.of_codes)
         metrics[f"judge.error.{steps}"] = float(errors.mean())
     unseen = _Test(run, explored.calibration, explored.elsewhere, num, key=key)
+    around = unseen.located(explored.unseen)
     return metrics | {
         "judge.error": float(errors.mean()),
         "judge.standard_error": float(errors.std() / num**0.5),
-        "judge.motors": float(test.errors(explored.most, test.of_motors).mean()),
+        "judge.motors": float(test.errors(judge, places, test.of_motors).mean()),
         "judge.network": test.network,
         "judge.network_seconds": training_seconds(run.config),
         "judge.persistence": test.persistence,
         "judge.floor": test.floor(scenario),
-        "judge.unseen": float(unseen.errors(explored.unseen, unseen.of_codes).mean()),
+        "judge.unseen": float(unseen.errors(explored.unseen, around, unseen.of_codes).mean()),
         "judge.unseen_network": unseen.network,
         "judge.num": num,
     }
@@ -162,12 +165,15 @@ class _Test:
         mean = np.asarray(predict(memory, self.trajectories, FLOOR_NEIGHBOURS).mean)
         return float(((mean - self.after) ** 2).mean())
 
+    def located(self, judge: Judge) -> list[Hypotheses]:
+        """Where each transition may have begun."""
+        rows = np.split(self.before, range(CHUNK_SIZE, len(self.before), CHUNK_SIZE))
+        return [found for part in rows for found in judge.places.where(part)]
+
     def errors(
-        self, judge: Judge, displacements: Float[np.ndarray, "3 N"]
+        self, judge: Judge, places: list[Hypotheses], displacements: Float[np.ndarray, "3 N"]
     ) -> Float[np.ndarray, " N"]:
         """Mean squared error of each transition."""
-        rows = np.split(self.before, range(CHUNK_SIZE, len(self.before), CHUNK_SIZE))
-        places = [found for part in rows for found in judge.places.where(part)]
         predicted = np.concatenate(
             [
                 judge.predict_displaced(found, displacements[:, row : row + 1])
