@@ -14,6 +14,8 @@ from .control.following import follow as follow
 from .control.goals import CodeGoal as CodeGoal
 from .control.goals import DisplacementGoal as DisplacementGoal
 from .control.goals import SensorGoal as SensorGoal
+from .control.guide import Guide as Guide
+from .control.journey import Journey as Journey
 from .control.learning import ControlConfig as ControlConfig
 from .control.planning import Effort as Effort
 from .control.planning import Plan as Plan
@@ -29,6 +31,14 @@ from .export.compare import compare as compare
 from .export.onnx import export_onnx as export_onnx
 from .export.standalone import export_numpy as export_numpy
 from .export.tensorboard import TensorBoardLog as TensorBoardLog
+from .judge.judge import Calibration as Calibration
+from .judge.judge import Judge as Judge
+from .judge.judge import calibrate as calibrate
+from .judge.roads import Roads as Roads
+from .judge.store import load_judge as load_judge
+from .judge.store import save_judge as save_judge
+from .judge.walks import Walk as Walk
+from .judge.walks import walk as walk
 from .models.config import ModelConfig as ModelConfig
 from .models.encoders.base import AbstractMotorEncoder as AbstractMotorEncoder
 from .navigation.config import NavigationConfig as NavigationConfig

@@ -1,49 +1,132 @@
 """Goals of readings, planned by a judge that has walked through the layout."""
 
+from collections.abc import Callable
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
 
 from motorspace._types import Key, Pose
 from motorspace.control.controller import Controller
 from motorspace.control.following import carry_out, last_of
 from motorspace.control.guide import Guide
-from motorspace.control.sensor_trials import away, places
+from motorspace.control.journey import Journey
+from motorspace.control.scores import LOOSE, Scores
+from motorspace.control.sensor_trials import Places, away, places, sensor_trials
 from motorspace.control.trials import Trials
-from motorspace.judge.judge import NUM_EXPLORED, Judge, calibrate
-from motorspace.judge.walks import walk
+from motorspace.judge.roads import Roads
+from motorspace.judge.scores import Explored
 from motorspace.training.data import simulated
 from motorspace.training.run import Run
+from motorspace.worlds.scenario import Scenario
 
-NUM_GOALS = 100
+FAR = 5
+"""Sequences in a row that lead to a goal that is far."""
+ROUNDS = 15
+"""Plans to reach it; a bump ends one."""
+GOAL_SEED = 3_000_029
 
 
-def guided_trials(
-    run: Run,
-    controller: Controller,
-    num: int = NUM_GOALS,
-    *,
-    num_explored: int = NUM_EXPLORED,
-    key: Key,
-) -> Trials:
-    """What comes of goals of readings after one walk through the run's layout.
-
-    Raises:
-        UserError: For a run whose codes or readings the judge cannot read.
-    """
-    scenario = simulated(run.config.data).scenario()
-    body_key, walk_key, place_key, key = jax.random.split(key, 4)
-    explored = walk(scenario, num_steps=num_explored, key=walk_key)
-    guide = Guide(controller, Judge(calibrate(run, key=body_key), explored))
-    wanted = places(scenario, num, controller.horizon, key=place_key)
+def guided_trials(guide: Guide, scenario: Scenario, wanted: Places, *, key: Key) -> Trials:
+    """What comes of goals of readings one sequence away, each with one plan."""
     now = np.asarray(scenario.sense(wanted.start)).T
     step = eqx.filter_jit(lambda pose, motors: carry_out(scenario, pose, motors)[0])
 
-    def end(index: int, key: Key) -> Pose:
+    def end(start: Pose, index: int, key: Key) -> Pose:
         motors = guide.plan(now[index], np.asarray(wanted.sensors[index]), key=key)
-        start = jax.tree.map(lambda field: field[index], wanted.start)
         return last_of(step(start, jnp.asarray(motors, jnp.float32)))
 
-    ends = [end(index, k) for index, k in enumerate(jax.random.split(key, num))]
+    return _each(wanted, end, key=key)
+
+
+def journey_trials(
+    guide: Guide, roads: Roads, scenario: Scenario, wanted: Places, *, key: Key
+) -> Trials:
+    """What comes of goals of readings farther away, with at most `ROUNDS` plans each."""
+    step = eqx.filter_jit(lambda pose, motors: carry_out(scenario, pose, motors))
+    sense = eqx.filter_jit(scenario.sense)
+
+    def end(pose: Pose, index: int, key: Key) -> Pose:
+        journey = Journey(guide, roads, np.asarray(sense(pose)), np.asarray(wanted.sensors[index]))
+        for round_key in jax.random.split(key, ROUNDS):
+            motors = journey.plan(key=round_key)
+            if motors is None:
+                break
+            poses, blocked, done = step(pose, jnp.asarray(motors, jnp.float32))
+            pose = last_of(poses)
+            happened = _happened(guide, motors, np.asarray(blocked))[np.asarray(done)]
+            journey.sensed(happened, np.asarray(sense(pose)))
+        return pose
+
+    return _each(wanted, end, key=key)
+
+
+def _happened(
+    guide: Guide, motors: Float[np.ndarray, "T M"], blocked: np.ndarray
+) -> Float[np.ndarray, "T M"]:
+    """The commands without the translations that walls have forbidden, which is sensed."""
+    commands = guide.controller.commands
+    return np.asarray(commands.without_translation(jnp.asarray(motors.T), jnp.asarray(blocked))).T
+
+
+def _each(wanted: Places, end: Callable[[Pose, int, Key], Pose], *, key: Key) -> Trials:
+    keys = jax.random.split(key, len(wanted.sensors))
+
+    def one(index: int) -> Pose:
+        start = jax.tree.map(lambda field: field[index], wanted.start)
+        return end(start, index, keys[index])
+
+    ends = [one(index) for index in range(len(keys))]
     return away(jax.tree.map(lambda *fields: jnp.stack(fields), *ends), wanted.goal)
+
+
+def measure_guide(
+    run: Run, controller: Controller, explored: Explored, *, num: int, num_far: int
+) -> Scores:
+    """The share of goals of readings that are reached, by who judges where commands lead.
+
+    Args:
+        run: The run.
+        controller: Of the run.
+        explored: What judges of the run know.
+        num: Goals one sequence away, in the run's layout and in another one.
+        num_far: Goals `FAR` sequences away, in the run's layout.
+
+    Returns:
+        `judge.seen.JUDGE` and `judge.elsewhere.JUDGE`, within 0.25 units and 10 degrees after one
+        sequence; `judge.far.JUDGE`, within 0.5 units and 20 degrees after at most `ROUNDS`. JUDGE
+        is guided, simulated (search in the true simulator), predictor, or stay.
+    """
+    scenario, seed = simulated(run.config.data).scenario(), run.config.training.seed
+    *keys, far_key, key = jax.random.split(jax.random.key(GOAL_SEED + seed), 4)
+    seen = Guide(controller, explored.most)
+    layouts = {
+        "seen": (seen, scenario),
+        "elsewhere": (Guide(controller, explored.unseen), explored.elsewhere),
+    }
+    scores: Scores = {}
+    for (name, (guide, layout)), place_key in zip(layouts.items(), keys, strict=True):
+        wanted = places(layout, num, controller.horizon, key=place_key)
+        rows = _others(controller, layout, wanted, 1, key=key)
+        rows["guided"] = guided_trials(guide, layout, wanted, key=key)
+        scores |= {f"judge.{name}.{who}": trials.success() for who, trials in rows.items()}
+    wanted = places(scenario, num_far, FAR * controller.horizon, key=far_key)
+    rows = _others(controller, scenario, wanted, ROUNDS, key=key)
+    roads = Roads(explored.most.walls, explored.most.eyes)
+    rows["guided"] = journey_trials(seen, roads, scenario, wanted, key=key)
+    return scores | {f"judge.far.{who}": trials.success(LOOSE) for who, trials in rows.items()}
+
+
+def _others(
+    controller: Controller, scenario: Scenario, wanted: Places, rounds: int, *, key: Key
+) -> dict[str, Trials]:
+    """What comes of the same goals by other judges."""
+    return {
+        "simulated": sensor_trials(
+            controller, scenario, wanted, "cross_entropy", rounds=rounds, simulated=True, key=key
+        ),
+        "predictor": sensor_trials(controller, scenario, wanted, "hybrid", rounds=rounds, key=key),
+        "stay": away(wanted.start, wanted.goal),
+    }

@@ -16,7 +16,7 @@ from motorspace.judge.lines import Lines, fit_lines
 from motorspace.judge.mounting import SATURATED, Mounting
 from motorspace.judge.odometry import Odometry, features
 from motorspace.judge.walks import Walk
-from motorspace.se2 import compose
+from motorspace.se2 import compose, relative
 
 
 class Level(NamedTuple):
@@ -68,6 +68,18 @@ class Calibrated(NamedTuple):
     def eyes(self, walk: Walk) -> Float[np.ndarray, "3 S n"]:
         """Where the rays begin along walks, from the first frame of the sensors."""
         return self.mounting.eyes(self.frames(walk))
+
+    def moved(self, motors: Float[np.ndarray, "T n M"]) -> Float[np.ndarray, "3 n"]:
+        """How the rays' origin and direction are displaced by sequences that begin at rest."""
+        return self.mounting.seen(self.odometry.displacements(motors))
+
+    def at_rest(
+        self, eyes: Float[np.ndarray, "3 n"], motor: Float[np.ndarray, " M"]
+    ) -> Float[np.ndarray, "3 n"]:
+        """Where the rays would begin at rest, when they begin here after this command."""
+        gazes = self.odometry.gazes(np.stack([motor, np.zeros_like(motor)]))
+        moved = self.mounting.seen(relative(gazes[:, :1], gazes[:, 1:]))
+        return np.asarray(compose(eyes, np.repeat(moved, eyes.shape[1], axis=1)))
 
 
 def calibrate_on(walk: Walk, rough: Calibrated, levels: tuple[Level, ...] = LEVELS) -> Calibrated:

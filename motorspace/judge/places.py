@@ -28,6 +28,10 @@ SHARPNESS = 2.0
 """How fast a hypothesis loses weight with its mismatch, the sum of log(1 + (off / OUTLIER)^2)."""
 SAME = np.array([[0.01], [0.01], [0.05]])
 """Hypotheses nearer than this are one: shares of the reach, radians."""
+SLIP, TWIST = 0.01, 0.05
+"""Standard deviation of what odometry is off by after a sequence: share of the reach, radians."""
+UNEXPECTED = 1e-4
+"""How likely a place is that odometry does not lead to, relative to one that it leads to."""
 HYPOTHESES = 16
 UNLIKELY = 0.01
 """Hypotheses below this share of the likeliest one are dropped."""
@@ -77,6 +81,22 @@ class Places:
         eyes, mismatch = (np.asarray(part, np.float64) for part in found)
         cases = zip(np.moveaxis(eyes, 1, 0), mismatch, strict=True)
         return [_merged(case, off, self.walls.reach) for case, off in cases]
+
+    def tracked(self, sensors: Float[np.ndarray, " K"], expected: Hypotheses) -> Hypotheses:
+        """Where an agent may be that senses this, and should be at one of the places expected.
+
+        Places that nobody expected stay possible: odometry may have been wrong all along.
+        """
+        row = np.asarray(sensors, np.float64)[None]
+        _, nearest = self.tree.query(row, k=range(1, min(NEIGHBOURS, self.tree.n) + 1))
+        also = expected.eyes[:, np.arange(HYPOTHESES) % expected.eyes.shape[1]]
+        near = np.concatenate([self.eyes[:, nearest[0]], also], axis=1)[:, None]
+        found = _corrected(
+            self.walls, self.angles, jnp.asarray(near, jnp.float32), jnp.asarray(row, jnp.float32)
+        )
+        eyes, mismatch = (np.asarray(part, np.float64) for part in found)
+        surprise = -_log_prior(eyes[:, 0], expected, self.walls.reach)
+        return _merged(eyes[:, 0], mismatch[0] + surprise / SHARPNESS, self.walls.reach)
 
     def _ranges(self, eyes: Float[np.ndarray, "3 N"]) -> Float[np.ndarray, "N K"]:
         return np.asarray(_ranges(self.walls, jnp.asarray(eyes, jnp.float32), self.angles))
@@ -154,6 +174,15 @@ def _corrected(
     begin = eyes, jnp.full(shape, 1e-3), off(eyes)
     eyes, _, here = jax.lax.fori_loop(0, CORRECTIONS, correct, begin)
     return eyes, mismatch(here)
+
+
+def _log_prior(
+    eyes: Float[np.ndarray, "3 k"], expected: Hypotheses, reach: float
+) -> Float[np.ndarray, " k"]:
+    """How likely odometry leads to each place, up to a constant."""
+    x, y, angle = eyes[:, :, None] - expected.eyes[:, None]
+    off = (np.hypot(x, y) / (SLIP * reach)) ** 2 + (2 * np.sin(angle / 2) / TWIST) ** 2
+    return np.asarray(np.log(UNEXPECTED + np.exp(-off / 2) @ expected.weight))
 
 
 def _merged(

@@ -20,6 +20,10 @@ SLACK = 0.005
 """By how much a line is longer at each end, share of the reach."""
 
 
+MANY, FEW = 4_096, 256
+"""Straight ways that are looked along at once, so that few programs are compiled."""
+
+
 class WallMap(eqx.Module):
     """Walls as rays have met them; one array, and nothing trained.
 
@@ -103,3 +107,22 @@ def map_walls(points: Float[np.ndarray, "2 P"], *, reach: float) -> WallMap:
     ]
     grid = np.stack(lines, axis=-1).reshape(width, height, 6)
     return WallMap(jnp.asarray(grid, jnp.float32), jnp.asarray(low, jnp.float32), cell, reach)
+
+
+def clearance(
+    walls: WallMap, starts: Float[np.ndarray, "2 *batch"], ends: Float[np.ndarray, "2 *batch"]
+) -> Float[np.ndarray, "*batch"]:
+    """How far behind the end of each straight way the first wall stands; below zero before it."""
+    shape = starts.shape[1:]
+    (x, y), (dx, dy) = starts.reshape(2, -1), (ends - starts).reshape(2, -1)
+    num = len(x)
+    size = MANY if num > FEW else FEW
+    eyes = np.pad(np.stack([x, y, np.arctan2(dy, dx)]), ((0, 0), (0, -num % size)), mode="edge")
+    chunks = np.split(eyes.astype(np.float32), eyes.shape[1] // size, axis=1)
+    clear = np.concatenate([np.asarray(_ahead(walls, jnp.asarray(chunk))) for chunk in chunks])
+    return np.asarray((clear[:num] - np.hypot(dx, dy)).reshape(shape), np.float64)
+
+
+@eqx.filter_jit
+def _ahead(walls: WallMap, eyes: Float[Array, "3 N"]) -> Float[Array, " N"]:
+    return walls.ranges(eyes, jnp.zeros(1))[:, 0]

@@ -7,11 +7,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from motorspace.control.guide import Guide
+from motorspace import se2
+from motorspace.control.guide import BLOCKED, Course, Guide, features
+from motorspace.control.journey import Journey
 from motorspace.control.planning import Effort
 from motorspace.control.trials import moved
 from motorspace.judge.judge import Judge
 from motorspace.judge.places import Hypotheses
+from motorspace.judge.roads import Roads
+from motorspace.judge.walls import map_walls
 from motorspace.trajectories.commands import nominal
 from tests.control import exact
 
@@ -20,25 +24,31 @@ WAY = np.array([1.2, 0.9, 0.8])
 """Where the goal is, seen from here."""
 
 
-def read(codes):
-    """The displacements that exact codes are, [3, N]."""
-    cos, _, x, sin, _, y = np.asarray(codes, np.float64).T
-    return np.stack([x, y, np.arctan2(sin, cos)])
+class Body:
+    """Whose odometry is exact."""
+
+    def moved(self, motors):
+        return nominal(exact.AGENT, np.moveaxis(motors, 0, 1)).T
+
+    def at_rest(self, eyes, motor):
+        return eyes
 
 
-def judge(places, clear=100.0):
-    """A judge that knows these places by their readings, with as much room in every direction."""
+def square(side):
+    """Points on the walls of a square room around the origin."""
+    along = np.linspace(-side, side, 4_000)
+    across = np.full(4_000, side)
+    pairs = [(along, across), (along, -across), (across, along), (-across, along)]
+    return np.concatenate([np.stack(pair) for pair in pairs], axis=1)
+
+
+def judge(places, side=6.0):
+    """A judge that knows these places by their readings, in a square room."""
     made = Judge.__new__(Judge)
     made.where = lambda sensors: places[float(sensors[0])]
-    made.walls = SimpleNamespace(
-        ranges=lambda eyes, angles: jnp.full((eyes.shape[1], len(angles)), clear)
-    )
-    odometry = SimpleNamespace(
-        displacements=lambda done: nominal(exact.AGENT, np.moveaxis(done, 0, 1)).T
-    )
-    mounting = SimpleNamespace(seen=lambda displacements: displacements)
-    body = SimpleNamespace(odometry=odometry, mounting=mounting)
-    made.calibration = SimpleNamespace(codes=SimpleNamespace(read=read), body=body)
+    made.walls = map_walls(square(side), reach=10.0)
+    made.places = SimpleNamespace(tracked=lambda sensors, expected: expected)
+    made.calibration = SimpleNamespace(codes=None, body=Body())
     return made
 
 
@@ -78,7 +88,56 @@ def test_the_plan_leads_to_what_is_sensed_elsewhere(guide):
     np.testing.assert_allclose(moved(exact.AGENT, jnp.asarray(motors)), WAY, atol=0.15)
 
 
-def test_a_sequence_that_meets_a_wall_is_not_free(places):
-    narrow = Guide(exact.controller(), judge(places, clear=0.5))
-    motors = np.array([[[0.0, 0.4]] * 3, [[0.0, 0.4], [0.1, 0.9], [0.0, 0.1]]], np.float32)
-    assert narrow.free(np.zeros(3), motors).tolist() == [True, False]
+def test_a_sequence_that_meets_a_wall_has_no_room(places):
+    narrow = Guide(exact.controller(), judge(places, side=0.5))
+    motors = np.array([[[0.0, 0.4]] * 3, [[0.0, 0.4], [3.1, 0.7], [0.0, 0.1]]])
+    assert (narrow.room(np.zeros(3), motors) > 0).tolist() == [False, True]
+
+
+def test_of_several_answers_one_without_a_wall_is_carried_out(guide):
+    answer = guide.answer(Course(np.zeros(3), WAY), key=jax.random.key(1))
+    assert answer.miss < BLOCKED
+    behind = Course(np.array([5.5, 0.0, 0.0]), np.array([1.5, 0.0, 0.0]))
+    assert guide.answer(behind, key=jax.random.key(1)).miss > BLOCKED
+
+
+@pytest.fixture(scope="module")
+def far(places):
+    """A room whose far end is several sequences away."""
+    return {**places, 2.0: hypotheses((5.0, 5.0, 0.5), weight=[1.0])}
+
+
+def lattice(side=6.0):
+    x, y = np.meshgrid(*[np.arange(-side + 0.5, side, 0.5)] * 2)
+    return np.stack([x.ravel(), y.ravel(), 0 * x.ravel()])
+
+
+def test_a_journey_leads_to_a_far_place_and_ends_there(far):
+    known = judge(far)
+    guide, roads = Guide(exact.controller(), known), Roads(known.walls, lattice())
+    journey = Journey(guide, roads, HERE, GOAL)
+    here = np.zeros((3, 1))
+    for round_key in jax.random.split(jax.random.key(0), 12):
+        motors = journey.plan(key=round_key)
+        if motors is None:
+            break
+        here = se2.compose(here, Body().moved(motors[:, None]))
+        off = features(here[:, 0]) - features(np.array([5.0, 5.0, 0.5]))
+        journey.sensed(motors, GOAL if np.linalg.norm(off) < 0.3 else HERE)
+    assert journey.arrived
+    assert np.allclose(journey.belief.likeliest, here[:, 0])
+
+
+def test_where_the_goal_is_not_sensed_the_journey_goes_elsewhere(far):
+    known = judge({**far, 2.0: hypotheses((0.0, 0.0, 0.0), (4.0, 0.0, 0.0), weight=[0.7, 0.3])})
+    guide, roads = Guide(exact.controller(), known), Roads(known.walls, lattice())
+    journey = Journey(guide, roads, HERE, GOAL)
+    for round_key in jax.random.split(jax.random.key(0), 2):
+        motors = journey.plan(key=round_key)
+    assert Body().moved(motors[:, None])[0] > 0.5
+
+
+def test_an_agent_that_senses_the_goal_stays(far):
+    known = judge(far)
+    guide, roads = Guide(exact.controller(), known), Roads(known.walls, lattice())
+    assert Journey(guide, roads, GOAL, GOAL).plan(key=jax.random.key(0)) is None

@@ -10,7 +10,18 @@ import pytest
 
 from motorspace import se2
 from motorspace._errors import UserError
-from motorspace.judge import calibration, codes, lines, mounting, odometry, places, smoothing, walls
+from motorspace.judge import (
+    belief,
+    calibration,
+    codes,
+    lines,
+    mounting,
+    odometry,
+    places,
+    roads,
+    smoothing,
+    walls,
+)
 from motorspace.judge.judge import Calibration, Judge
 from motorspace.judge.store import ARRAYS, DESCRIPTION, load_judge, save_judge
 from motorspace.judge.walks import Walk, joined, walk
@@ -262,3 +273,63 @@ def test_gazes_follow_the_head():
     explored = walk(Scenario(ROOM, agent), num_steps=3, key=jax.random.key(0))
     assert explored.motors.shape == (3, 1, 4)
     assert odometry.features(explored.motors).shape[-1] == 4 * 4 + 4 + 2 * 4 * 3 + 1
+
+
+def test_who_looks_aside_is_known_at_rest():
+    looking = odometry.Odometry(*true_odometry()[:4], has_gaze=True)
+    # The gaze of this body turns and moves with the command as its steps do.
+    looking = looking._replace(gaze=looking.step)
+    body = calibration.Calibrated(looking, true_mounting())
+    motor = np.array([0.7, 0.3])
+    aside = looking.gazes(motor[None])
+    back = body.at_rest(np.asarray(aside), motor)
+    assert np.allclose(back, looking.gazes(np.zeros((1, 2))), atol=1e-6)
+
+
+def test_odometry_tells_places_apart_that_sense_alike(judge):
+    """After some steps the belief is one place, though it began with a wrong one as likely."""
+    begun = judge.eyes[:, 200]
+    wrong = np.array([begun[0] + 3.0, begun[1] - 2.0, begun[2] + 1.0])
+    alike = places.Hypotheses(np.stack([wrong, begun], axis=1), np.array([0.9, 0.1]))
+    explored = walk(
+        Scenario(ROOM, ForwardAgent(max_rotation=0.4 * math.pi)),
+        num_steps=NUM_STEPS,
+        key=jax.random.key(2),
+    )
+    found = belief.updated(
+        judge,
+        belief.Belief(alike, np.zeros(2)),
+        explored.motors[200:206, 0],
+        judge.sensors[206],
+    )
+    assert np.hypot(*(found.likeliest - judge.eyes[:, 206])[:2]) < 0.1
+
+
+def test_an_unexpected_place_is_found_again(judge):
+    lost = places.Hypotheses(judge.eyes[:, 400:401] + 2.0, np.ones(1))
+    found = judge.places.tracked(judge.sensors[100], lost)
+    best = found.eyes[:, np.argmax(found.weight)]
+    assert np.hypot(*(best - judge.eyes[:, 100])[:2]) < 0.1
+
+
+@pytest.fixture(scope="module")
+def divided():
+    """Roads on both sides of a wall with a gap at its upper end."""
+    along = np.linspace(0.0, 6.0, 3_000)
+    seen = walls.map_walls(np.stack([np.full(3_000, 4.0), along]), reach=10.0)
+    x, y = np.meshgrid(np.arange(0.2, 8.0, 0.5), np.arange(0.2, 8.0, 0.5))
+    return roads.Roads(seen, np.stack([x.ravel(), y.ravel(), 0 * x.ravel()]))
+
+
+def test_ways_lead_around_walls(divided):
+    lengths = divided.lengths(np.array([5.0, 1.0]))
+    left = divided.left(np.array([[3.0, 5.0, 5.0], [1.0, 1.0, 3.0]]), lengths)
+    around = 2 * math.hypot(1.0, 5.2)
+    assert around < left[0] < 1.3 * around
+    assert left[1] < 0.8 and 2.0 <= left[2] < 2.4
+
+
+def test_walls_stand_before_or_behind_the_end_of_a_way(divided):
+    ends = np.array([[3.5, 4.5], [3.0, 3.0]])
+    room = walls.clearance(divided.walls, np.array([[1.0, 1.0], [3.0, 3.0]]), ends)
+    assert np.allclose(room, [0.5, -0.5], atol=0.02)
