@@ -34,7 +34,7 @@ from .export.tensorboard import TensorBoardLog as TensorBoardLog
 from .judge.judge import Calibration as Calibration
 from .judge.judge import Judge as Judge
 from .judge.judge import calibrate as calibrate
-from .judge.roads import Roads as Roads
+from .judge.roadmap import Roadmap as Roadmap
 from .judge.store import load_judge as load_judge
 from .judge.store import save_judge as save_judge
 from .judge.walks import Walk as Walk

@@ -16,7 +16,7 @@ from motorspace.control.journey import Journey
 from motorspace.control.scores import LOOSE, Scores
 from motorspace.control.sensor_trials import Places, away, places, sensor_trials
 from motorspace.control.trials import Trials
-from motorspace.judge.roads import Roads
+from motorspace.judge.roadmap import Roadmap
 from motorspace.judge.scores import Explored
 from motorspace.training.data import simulated
 from motorspace.training.run import Run
@@ -42,14 +42,16 @@ def guided_trials(guide: Guide, scenario: Scenario, wanted: Places, *, key: Key)
 
 
 def journey_trials(
-    guide: Guide, roads: Roads, scenario: Scenario, wanted: Places, *, key: Key
+    guide: Guide, roadmap: Roadmap, scenario: Scenario, wanted: Places, *, key: Key
 ) -> Trials:
     """What comes of goals of readings farther away, with at most `ROUNDS` plans each."""
     step = eqx.filter_jit(lambda pose, motors: carry_out(scenario, pose, motors))
     sense = eqx.filter_jit(scenario.sense)
 
     def end(pose: Pose, index: int, key: Key) -> Pose:
-        journey = Journey(guide, roads, np.asarray(sense(pose)), np.asarray(wanted.sensors[index]))
+        journey = Journey(
+            guide, roadmap, np.asarray(sense(pose)), np.asarray(wanted.sensors[index])
+        )
         for round_key in jax.random.split(key, ROUNDS):
             motors = journey.plan(key=round_key)
             if motors is None:
@@ -114,8 +116,8 @@ def measure_guide(
         scores |= {f"judge.{name}.{who}": trials.success() for who, trials in rows.items()}
     wanted = places(scenario, num_far, FAR * controller.horizon, key=far_key)
     rows = _others(controller, scenario, wanted, ROUNDS, key=key)
-    roads = Roads(explored.most.walls, explored.most.eyes)
-    rows["guided"] = journey_trials(seen, roads, scenario, wanted, key=key)
+    roadmap = Roadmap(explored.most.walls, explored.most.eyes)
+    rows["guided"] = journey_trials(seen, roadmap, scenario, wanted, key=key)
     return scores | {f"judge.far.{who}": trials.success(LOOSE) for who, trials in rows.items()}
 
 

@@ -8,7 +8,7 @@ from motorspace._types import Key
 from motorspace.control.guide import BLOCKED, Course, Guide, features
 from motorspace.judge.belief import first_belief, updated
 from motorspace.judge.places import OUTLIER
-from motorspace.judge.roads import MARGIN, Roads
+from motorspace.judge.roadmap import MARGIN, Roadmap
 from motorspace.se2 import compose, relative
 
 ALIKE, EXACTLY_ALIKE = 1.5, 0.2
@@ -34,12 +34,12 @@ class Journey:
 
     Args:
         guide: Of the layout.
-        roads: Ways through it.
+        roadmap: Of the same layout.
         sensors: The readings at the start, at rest, [K], raw units.
         goal: The readings wanted, [K], raw units.
 
     Example:
-          # doctest: +SKIP
+        >>> journey = Journey(guide, roadmap, sensors, goal)  # doctest: +SKIP
         >>> motors = journey.plan(key=key)  # doctest: +SKIP
         >>> journey.sensed(motors, sensors_after)  # doctest: +SKIP
     """
@@ -47,11 +47,11 @@ class Journey:
     def __init__(
         self,
         guide: Guide,
-        roads: Roads,
+        roadmap: Roadmap,
         sensors: Float[np.ndarray, " K"],
         goal: Float[np.ndarray, " K"],
     ) -> None:
-        self.guide, self.roads = guide, roads
+        self.guide, self.roadmap = guide, roadmap
         self.now, self.goal = np.asarray(sensors, np.float64), np.asarray(goal, np.float64)
         self.belief = first_belief(guide.judge, self.now, np.zeros(guide.motors.shape[-1]))
         there = guide.judge.where(self.goal)
@@ -69,9 +69,9 @@ class Journey:
         if self.arrived:
             return None
         place = self.belief.likeliest
-        # Who stands where the goal should be, and does not sense it, looks elsewhere.
+        # An agent that stands where the goal should be but does not sense it looks elsewhere.
         self.likely += np.where(self._at(place), np.log(DOUBT), 0.0)
-        ways = self.roads.left(self.there[:2], self.roads.lengths(place[:2]))
+        ways = self.roadmap.left(self.there[:2], self.roadmap.lengths(place[:2]))
         aim = int(np.argmax(self.likely - (ways / USUAL_WAY) ** 2))
         body = self.guide.judge.calibration.body
         here = body.at_rest(place[:, None], self.belief.motor)[:, 0]
@@ -100,12 +100,12 @@ class Journey:
         self, here: Float[np.ndarray, "3"], aim: Float[np.ndarray, "2"], *, key: Key
     ) -> Float[np.ndarray, "T M"]:
         """A sequence that shortens the way most."""
-        guide, roads = self.guide, self.roads
+        guide, roadmap = self.guide, self.roadmap
         moved = np.repeat(here[:, None], guide.moved.shape[1], axis=1)
         ends = np.asarray(compose(moved, guide.moved))[:2]
-        lengths = roads.lengths(aim)
-        best = np.argsort(roads.roughly_left(ends, lengths))[:TRIED]
-        best = best[np.argsort(roads.left(ends[:, best], lengths))]
+        lengths = roadmap.lengths(aim)
+        best = np.argsort(roadmap.roughly_left(ends, lengths))[:TRIED]
+        best = best[np.argsort(roadmap.left(ends[:, best], lengths))]
         room = guide.room(here, guide.motors[best])
         free = room > MARGIN * guide.judge.walls.reach
         chosen = best[int(np.argmax(free)) if free.any() else int(np.argmax(room))]

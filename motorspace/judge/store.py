@@ -28,7 +28,12 @@ DESCRIPTION, ARRAYS = "judge.json", "judge.safetensors"
 
 
 def save_judge(judge: Judge, folder: str | Path) -> None:
-    """Write the calibration and the remembered walk into a folder: safetensors and JSON."""
+    """Write the calibration and the remembered walk into a folder: safetensors and JSON.
+
+    Args:
+        judge: What is written.
+        folder: Is made where it does not exist; a judge that it holds is replaced.
+    """
     body, codes = judge.calibration.body, judge.calibration.codes
     arrays = {
         **_named("odometry", body.odometry),
@@ -46,6 +51,12 @@ def save_judge(judge: Judge, folder: str | Path) -> None:
 
 def load_judge(folder: str | Path) -> Judge:
     """The judge that `save_judge` has written into a folder.
+
+    Args:
+        folder: Holds `judge.json` and `judge.safetensors`.
+
+    Returns:
+        The judge; its map is made anew from the walk that it remembers.
 
     Raises:
         UserError: Where there is none, or its files are damaged.

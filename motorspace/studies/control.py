@@ -88,7 +88,7 @@ STUDY = Study(
                 "seeds",
             )
         ),
-        "control_sensors": Table(columns("agent", "rotation", *SENSORS)),
+        "control_sensors": Table(columns(*CELL, *SENSORS)),
     },
     targets=(
         Target(

@@ -215,6 +215,7 @@ STUDY = Study(
     },
     rows=related,
     tables={
+        "judge_short": _judged("judge.network", ERROR, "judge.floor", "judge.to_floor"),
         "judge": _judged(
             "judge.network",
             *STEPS,
@@ -225,10 +226,13 @@ STUDY = Study(
         ),
         "judge_unseen": _judged("judge.unseen", "judge.unseen_network"),
         "judge_compute": Table(over_compute),
-        "judge_goals": _judged(*(f"judge.seen.{who}" for who in WHO), "judge.seen_to_simulated"),
-        "judge_elsewhere": _judged(
-            *(f"judge.elsewhere.{who}" for who in WHO), "judge.elsewhere_to_simulated"
+        "judge_goals": _judged(
+            *(f"judge.seen.{who}" for who in WHO[:3]), "judge.seen_to_simulated"
         ),
+        "judge_elsewhere": _judged(
+            *(f"judge.elsewhere.{who}" for who in WHO[:3]), "judge.elsewhere_to_simulated"
+        ),
+        "judge_stay": _judged(*(f"judge.{where}.stay" for where in ("seen", "elsewhere", "far"))),
         "judge_far": _judged(*(f"judge.far.{who}" for who in WHO)),
     },
     targets=(

@@ -1,20 +1,23 @@
 """What do learned codes add to reinforcement learning of navigation?"""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from motorspace.analysis.measures import Measure, define
-from motorspace.navigation.config import NavigationConfig, PolicyConfig, PPOConfig
+from motorspace.navigation.config import NavigationConfig
 from motorspace.running.jobs import Job, cell
 from motorspace.studies.cells import derived, system
 from motorspace.studies.interquartile import interquartile
+from motorspace.studies.observations import BESIDE, CODES, GOALS, OBSERVATIONS, STEPS, Observed
 from motorspace.studies.rows import Numbers, Row, Settings, Spread, under
 from motorspace.studies.study import Budget, Line, Study, Table, Target
 from motorspace.training.data import simulated
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from motorspace.navigation.arenas import Codes
     from motorspace.training.run import Run
 
@@ -33,69 +36,10 @@ define(
 POLICIES = 2
 """Policies that learn with each network: two networks of five make four runs of ten."""
 
-STEPS = {
-    "home": 300_000,
-    "displacement_goal": 1_000_000,
-    "sensor_goal": 300_000,
-    "explore": 300_000,
-}
-"""Commands from which the policies of a task learn."""
-
-SENSED = ("ranges", "bump", "command")
-CODED = (*SENSED, "code")
-MEMORY = PolicyConfig(memory_size=64)
-IN_CODES = PPOConfig(num_steps=4, num_epochs=8, learning_rate=2e-3, discount=0.94)
-"""An action takes six commands, so there are fewer of them, and each is worth six."""
-
 CONTROL_UPDATES = 3000
 """Of the controller, or of what composes codes that are no products."""
-
-
-@dataclass(frozen=True)
-class Observed:
-    """A row: what a policy observes, how it acts, and for which tasks."""
-
-    options: Mapping[str, Any]
-    tasks: tuple[str, ...] = ("home",)
-    codes: str = "learned"
-    """The network whose codes they are."""
-    times: int = 1
-    """How often the usual number of commands it learns from."""
-    networks: int | None = None
-    """With how many of the networks it is learned, by one policy each; by default with all."""
-
-
-GOALS = ("home", "displacement_goal")
-
-OBSERVATIONS: Mapping[str, Observed] = {
-    "ranges": Observed({"observe": SENSED}, (*GOALS, "sensor_goal", "explore")),
-    "ranges + four frames": Observed({"observe": (*SENSED, "stack")}),
-    "ranges + GRU": Observed({"observe": SENSED, "policy": MEMORY}, (*GOALS, "explore")),
-    "ranges + GRU, 20 times the steps": Observed(
-        {"observe": SENSED, "policy": MEMORY}, times=20, networks=3
-    ),
-    "chained code": Observed({"observe": CODED}, (*GOALS, "sensor_goal", "explore")),
-    "chained code, shaped reward": Observed(
-        {"observe": CODED, "reward": "shaped"}, ("displacement_goal",), networks=1
-    ),
-    "chained code + GRU": Observed({"observe": CODED, "policy": MEMORY}, GOALS),
-    "chained code, bumps not sensed": Observed(
-        {"observe": ("ranges", "command", "code"), "sense_blocked": False}
-    ),
-    "codes as actions": Observed({"observe": CODED, "act": "codes", "ppo": IN_CODES}, GOALS),
-    "untrained code": Observed({"observe": (*SENSED, "untrained_code")}, GOALS),
-    "supervised code": Observed({"observe": CODED}, GOALS, codes="supervised"),
-    "paper's code, learned composition": Observed({"observe": CODED}, codes="paper"),
-    "true displacement": Observed({"observe": (*SENSED, "displacement")}, (*GOALS, "sensor_goal")),
-}
-
-BESIDE = ("chance", "planner")
-"""Rows that learn nothing."""
-
 NUM_BESIDE = 512
-"""Problems for them: a planner that tries many commands takes its time."""
-
-CODES = ("learned", "supervised", "paper")
+"""Problems for chance and the planner: a planner that tries many commands takes its time."""
 
 
 def jobs(budget: Budget, seeds: int) -> list[Job]:
@@ -221,14 +165,25 @@ def _against_truth(row: Row, rows: Sequence[Row]) -> Row:
     return row.with_measures({"navigation.lead.success": lead, "navigation.share.steps": share})
 
 
-def lines(found: Sequence[Row], *, task: str) -> list[Line]:
-    """Interquartile means over policies with bootstrapped 95 % intervals."""
+def lines(found: Sequence[Row], *, task: str, heads: Collection[str] = ()) -> list[Line]:
+    """Interquartile means over policies with bootstrapped 95 % intervals.
+
+    Args:
+        found: Rows of all tasks.
+        task: The task whose rows are shown.
+        heads: The columns beside the names; by default all, and the number of policies.
+    """
     return [
-        {"observed": row.cell["observed"], "policies": len(row.runs)}
-        | {head: interquartile([row[key].values]) for head, key in HEADS.items() if key in row}
+        {"observed": row.cell["observed"]}
+        | {head: value for head, value in _line(row).items() if head in heads or not heads}
         for row in found
         if row.cell["task"] == task
     ]
+
+
+def _line(row: Row) -> Line:
+    means = {head: interquartile([row[key].values]) for head, key in HEADS.items() if key in row}
+    return means | {"policies": len(row.runs)}
 
 
 def aggregated(found: Sequence[Row]) -> list[Line]:
@@ -259,6 +214,29 @@ HEADS = {
     "cells entered, unseen": "navigation.unseen.cells",
 }
 
+SHORT: Mapping[str, Collection[str]] = {
+    "home": ("goals reached, seen", "goals reached, unseen", "SPL", "commands", "decisions"),
+    "displacement_goal": ("goals reached, seen", "goals reached, unseen", "behind walls", "SPL"),
+    "sensor_goal": ("goals reached, seen", "goals reached, unseen", "SPL"),
+    "explore": ("cells entered, seen", "cells entered, unseen"),
+}
+"""The columns that a page shows of a task; the appendix shows all."""
+
+
+def figure(found: Sequence[Row]) -> "Figure":
+    """How many come home, how straight, and in how many commands, by what they observe."""
+    from motorspace.reports.figures.measures import changes_figure
+
+    keys = (SUCCESS, "navigation.unseen.spl", COMMANDS)
+    shown = [row for row in found if row.cell["task"] == "home"]
+    made = [
+        {"observed": row.cell["observed"]}
+        | {key: interquartile([row[key].values]) for key in keys if key in row}
+        for row in shown
+    ]
+    return changes_figure(made, "observed", keys)
+
+
 HOME = {"task": "home", "observed": "chained code"}
 REACH: Settings = {"task": "displacement_goal", "observed": ("chained code", "chained code + GRU")}
 
@@ -270,6 +248,10 @@ STUDY = Study(
     | {f"quick {codes}": partial(measured, codes=codes, share=0.1) for codes in CODES},
     rows=rows,
     tables={f"navigation_{task}": Table(partial(lines, task=task)) for task in STEPS}
+    | {
+        f"navigation_{task}_short": Table(partial(lines, task=task, heads=heads))
+        for task, heads in SHORT.items()
+    }
     | {"navigation": Table(aggregated)},
     targets=(
         Target("home, seen layouts", "navigation.seen.success", at_least=0.97, cells=HOME),
@@ -290,4 +272,5 @@ STUDY = Study(
             cells=REACH,
         ),
     ),
+    figures={"navigation": figure},
 )

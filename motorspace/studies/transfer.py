@@ -16,9 +16,10 @@ from motorspace.analysis.measures import Measure, define
 from motorspace.navigation.config import NavigationConfig
 from motorspace.running.jobs import Job, cell
 from motorspace.studies.cells import system
-from motorspace.studies.navigation import CONTROL_UPDATES, IN_CODES
-from motorspace.studies.rows import Numbers, Row, under
-from motorspace.studies.study import Budget, Study, Table, Target
+from motorspace.studies.navigation import CONTROL_UPDATES
+from motorspace.studies.observations import IN_CODES
+from motorspace.studies.rows import Numbers, Row, chosen, under
+from motorspace.studies.study import Budget, Line, Study, Table, Target
 from motorspace.studies.tables import columns
 from motorspace.training.config import RunConfig
 from motorspace.training.data import Simulated, simulated
@@ -26,6 +27,8 @@ from motorspace.training.settings import changed
 from motorspace.worlds.catalog import AGENTS, SENSORS
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from motorspace.control.controller import Controller
     from motorspace.navigation.learning import TrainedPolicy
     from motorspace.training.run import Run
@@ -237,6 +240,30 @@ def _of(numbers: Numbers, place: str) -> Numbers:
     return own
 
 
+CODES_OF = ("body", "sensor", "codes")
+
+
+def unseen(found: Sequence[Row]) -> list[Line]:
+    """The rows of unseen rooms."""
+    made = columns(*CODES_OF, "transfer.success", "transfer.diagonal", "transfer.chance")
+    return made(chosen(found, layout="unseen rooms"))
+
+
+def reached(found: Sequence[Row]) -> list[Line]:
+    """Displacements by another body's labels, which have no layout."""
+    made = columns(*CODES_OF, "transfer.reach")
+    return made(chosen(found, layout="unseen rooms"))
+
+
+def figure(found: Sequence[Row]) -> "Figure":
+    """Goals reached by the policy that was moved, and by one that was trained there."""
+    from motorspace.reports.figures.measures import changes_figure
+
+    keys = ("transfer.success", "transfer.diagonal", "transfer.chance")
+    made = [{"place": row.name} | row.line(*keys) for row in found]
+    return changes_figure(made, "place", keys)
+
+
 STUDY = Study(
     name="transfer",
     question="Does a policy in codes serve another body, other layouts, another sensor?",
@@ -244,12 +271,11 @@ STUDY = Study(
     measures={"full": measured, "quick": partial(measured, share=0.1)},
     rows=rows,
     tables={
+        "transfer_unseen": Table(unseen),
+        "transfer_reach": Table(reached),
         "transfer": Table(
             columns(
-                "body",
-                "sensor",
-                "layout",
-                "codes",
+                *("body", "sensor", "layout", "codes"),
                 "transfer.success",
                 "transfer.diagonal",
                 "transfer.share",
@@ -259,7 +285,7 @@ STUDY = Study(
                 "transfer.reach",
                 "seeds",
             )
-        )
+        ),
     },
     targets=(
         Target(
@@ -269,4 +295,5 @@ STUDY = Study(
             cells={"codes": ALIGNED},
         ),
     ),
+    figures={"transfer": figure},
 )

@@ -14,7 +14,7 @@ from motorspace.control.planning import Effort
 from motorspace.control.trials import moved
 from motorspace.judge.judge import Judge
 from motorspace.judge.places import Hypotheses
-from motorspace.judge.roads import Roads
+from motorspace.judge.roadmap import Roadmap
 from motorspace.judge.walls import map_walls
 from motorspace.trajectories.commands import nominal
 from tests.control import exact
@@ -114,8 +114,8 @@ def lattice(side=6.0):
 
 def test_a_journey_leads_to_a_far_place_and_ends_there(far):
     known = judge(far)
-    guide, roads = Guide(exact.controller(), known), Roads(known.walls, lattice())
-    journey = Journey(guide, roads, HERE, GOAL)
+    guide, roadmap = Guide(exact.controller(), known), Roadmap(known.walls, lattice())
+    journey = Journey(guide, roadmap, HERE, GOAL)
     here = np.zeros((3, 1))
     for round_key in jax.random.split(jax.random.key(0), 12):
         motors = journey.plan(key=round_key)
@@ -130,8 +130,8 @@ def test_a_journey_leads_to_a_far_place_and_ends_there(far):
 
 def test_where_the_goal_is_not_sensed_the_journey_goes_elsewhere(far):
     known = judge({**far, 2.0: hypotheses((0.0, 0.0, 0.0), (4.0, 0.0, 0.0), weight=[0.7, 0.3])})
-    guide, roads = Guide(exact.controller(), known), Roads(known.walls, lattice())
-    journey = Journey(guide, roads, HERE, GOAL)
+    guide, roadmap = Guide(exact.controller(), known), Roadmap(known.walls, lattice())
+    journey = Journey(guide, roadmap, HERE, GOAL)
     for round_key in jax.random.split(jax.random.key(0), 2):
         motors = journey.plan(key=round_key)
     assert Body().moved(motors[:, None])[0] > 0.5
@@ -139,5 +139,5 @@ def test_where_the_goal_is_not_sensed_the_journey_goes_elsewhere(far):
 
 def test_an_agent_that_senses_the_goal_stays(far):
     known = judge(far)
-    guide, roads = Guide(exact.controller(), known), Roads(known.walls, lattice())
-    assert Journey(guide, roads, GOAL, GOAL).plan(key=jax.random.key(0)) is None
+    guide, roadmap = Guide(exact.controller(), known), Roadmap(known.walls, lattice())
+    assert Journey(guide, roadmap, GOAL, GOAL).plan(key=jax.random.key(0)) is None

@@ -18,7 +18,7 @@ from motorspace.judge import (
     mounting,
     odometry,
     places,
-    roads,
+    roadmap,
     smoothing,
     walls,
 )
@@ -314,11 +314,11 @@ def test_an_unexpected_place_is_found_again(judge):
 
 @pytest.fixture(scope="module")
 def divided():
-    """Roads on both sides of a wall with a gap at its upper end."""
+    """A roadmap on both sides of a wall with a gap at its upper end."""
     along = np.linspace(0.0, 6.0, 3_000)
     seen = walls.map_walls(np.stack([np.full(3_000, 4.0), along]), reach=10.0)
     x, y = np.meshgrid(np.arange(0.2, 8.0, 0.5), np.arange(0.2, 8.0, 0.5))
-    return roads.Roads(seen, np.stack([x.ravel(), y.ravel(), 0 * x.ravel()]))
+    return roadmap.Roadmap(seen, np.stack([x.ravel(), y.ravel(), 0 * x.ravel()]))
 
 
 def test_ways_lead_around_walls(divided):

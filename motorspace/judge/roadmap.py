@@ -1,4 +1,4 @@
-"""Ways through a layout: remembered places, joined where the map shows no wall between them."""
+"""A roadmap: remembered places, joined where the map shows no wall between them."""
 
 import numpy as np
 import scipy.sparse as sparse
@@ -18,7 +18,7 @@ UNSEEN = 10.0
 """By how much longer a way is taken to be that begins at a place out of sight."""
 
 
-class Roads:
+class Roadmap:
     """Lengths of ways between places, around the walls of a map.
 
     Args:
