@@ -171,7 +171,11 @@ def _learned(
 
 
 def decoding_loss(decoder: Decoder, task: Task, config: ControlConfig, *, key: Key) -> Scalar:
-    """How far the codes of answers are from those asked for, and how alike two answers are."""
+    """How far codes of answers are from those asked for, how alike two answers are, how extreme.
+
+    Encoders err most where all of a sequence's commands are extreme, which few random ones are:
+    such sequences have the code asked for, and lead elsewhere.
+    """
     sequence_keys, noise_keys = jax.random.split(key, (2, config.batch_size))
 
     def one(sequence_key: Key, noise_key: Key) -> tuple[Scalar, Float[Array, "2 D"]]:
@@ -189,7 +193,8 @@ def decoding_loss(decoder: Decoder, task: Task, config: ControlConfig, *, key: K
     miss, answers = jax.vmap(one)(sequence_keys, noise_keys)
     apart = jnp.sqrt(jnp.mean((answers[:, 0] - answers[:, 1]) ** 2, axis=-1) + 1e-8)
     alike = jax.nn.relu(config.diversity * RANDOM_SPREAD - apart)
-    return jnp.mean(miss) + jnp.mean(alike**2)
+    extreme = (2 * answers - 1) ** 4
+    return jnp.mean(miss) + jnp.mean(alike**2) + EXTREMES * jnp.mean(extreme)
 
 
 def remainder_loss(remainder: Remainder, task: Task, config: ControlConfig, *, key: Key) -> Scalar:
@@ -210,6 +215,9 @@ def remainder_loss(remainder: Remainder, task: Task, config: ControlConfig, *, k
 
 BETTER = 0.8
 """How much the better of two answers counts beyond their mean."""
+
+EXTREMES = 0.01
+"""What it costs to answer with commands at their bounds, where 1 is what a random code would."""
 
 RANDOM_SPREAD = (1 / 6) ** 0.5
 """Root mean square difference of two uniformly random numbers in [0, 1]."""
