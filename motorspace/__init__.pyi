@@ -16,6 +16,7 @@ from .control.goals import DisplacementGoal as DisplacementGoal
 from .control.goals import SensorGoal as SensorGoal
 from .control.guide import Guide as Guide
 from .control.journey import Journey as Journey
+from .control.journey import seek as seek
 from .control.learning import ControlConfig as ControlConfig
 from .control.planning import Effort as Effort
 from .control.planning import Plan as Plan

@@ -22,7 +22,7 @@ from motorspace.training.run import load_run
 from motorspace.worlds.catalog import AGENTS, SENSORS
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
-SCRIPTS = ("first_steps", "own_layout", "own_log", "own_classes", "reach_a_goal")
+SCRIPTS = ("first_steps", "own_layout", "own_log", "own_classes", "reach_a_goal", "find_a_place")
 SMALL = [
     *("--code-size", "4", "--width-size", "8", "--depth", "1"),
     *("--trajectories-per-epoch", "64", "--batch-size", "32"),
@@ -62,7 +62,7 @@ def log(tmp_path):
     return path
 
 
-LONG = ("first_steps", "own_classes")
+LONG = ("first_steps", "own_classes", "find_a_place")
 """Those that train for long; what they show is tested in smaller pieces as well."""
 
 

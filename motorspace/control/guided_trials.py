@@ -6,13 +6,12 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
 
 from motorspace._types import Key, Pose
 from motorspace.control.controller import Controller
 from motorspace.control.following import carry_out, last_of
 from motorspace.control.guide import Guide
-from motorspace.control.journey import Journey
+from motorspace.control.journey import seek
 from motorspace.control.scores import LOOSE, Scores
 from motorspace.control.sensor_trials import Places, away, places, sensor_trials
 from motorspace.control.trials import Trials
@@ -45,32 +44,12 @@ def journey_trials(
     guide: Guide, roadmap: Roadmap, scenario: Scenario, wanted: Places, *, key: Key
 ) -> Trials:
     """What comes of goals of readings farther away, with at most `ROUNDS` plans each."""
-    step = eqx.filter_jit(lambda pose, motors: carry_out(scenario, pose, motors))
-    sense = eqx.filter_jit(scenario.sense)
 
-    def end(pose: Pose, index: int, key: Key) -> Pose:
-        journey = Journey(
-            guide, roadmap, np.asarray(sense(pose)), np.asarray(wanted.sensors[index])
-        )
-        for round_key in jax.random.split(key, ROUNDS):
-            motors = journey.plan(key=round_key)
-            if motors is None:
-                break
-            poses, blocked, done = step(pose, jnp.asarray(motors, jnp.float32))
-            pose = last_of(poses)
-            happened = _happened(guide, motors, np.asarray(blocked))[np.asarray(done)]
-            journey.sensed(happened, np.asarray(sense(pose)))
-        return pose
+    def end(start: Pose, index: int, key: Key) -> Pose:
+        goal = np.asarray(wanted.sensors[index])
+        return last_of(seek(guide, roadmap, scenario, start, goal, rounds=ROUNDS, key=key).poses)
 
     return _each(wanted, end, key=key)
-
-
-def _happened(
-    guide: Guide, motors: Float[np.ndarray, "T M"], blocked: np.ndarray
-) -> Float[np.ndarray, "T M"]:
-    """The commands without the translations that walls have forbidden, which is sensed."""
-    commands = guide.controller.commands
-    return np.asarray(commands.without_translation(jnp.asarray(motors.T), jnp.asarray(blocked))).T
 
 
 def _each(wanted: Places, end: Callable[[Pose, int, Key], Pose], *, key: Key) -> Trials:

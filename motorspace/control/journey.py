@@ -1,15 +1,19 @@
 """Far goals of readings: sequence after sequence, planned on a judge's own map."""
 
+import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
 
-from motorspace._types import Key
+from motorspace._types import Key, Pose
+from motorspace.control.following import Way, carry_out
 from motorspace.control.guide import BLOCKED, Course, Guide, features
 from motorspace.judge.belief import first_belief, updated
 from motorspace.judge.places import OUTLIER
 from motorspace.judge.roadmap import MARGIN, Roadmap
 from motorspace.se2 import compose, relative
+from motorspace.worlds.scenario import Scenario
 
 ALIKE, EXACTLY_ALIKE = 1.5, 0.2
 """Mismatch of readings with the goal's below which an agent stays: at a place that it takes to be
@@ -111,3 +115,58 @@ class Journey:
         chosen = best[int(np.argmax(free)) if free.any() else int(np.argmax(room))]
         answer = guide.answer(Course(here, guide.moved[:, chosen]), key=key)
         return answer.motors if answer.miss < BLOCKED else guide.motors[chosen]
+
+
+def seek(
+    guide: Guide,
+    roadmap: Roadmap,
+    scenario: Scenario,
+    start: Pose,
+    goal: Float[np.ndarray, " K"],
+    *,
+    rounds: int,
+    key: Key,
+) -> Way:
+    """Returns the way of an agent to where `goal` is sensed, round after round.
+
+    A bump ends a round, and the way ends where the agent takes the goal to be. The agent senses
+    readings and what a wall forbids; its pose is what the simulator knows.
+
+    Args:
+        guide: Of the scenario's layout.
+        roadmap: Of the same layout.
+        scenario: Where the agent acts.
+        start: Its pose, at rest.
+        goal: The readings wanted, [K], raw units.
+        rounds: Plans at most.
+        key: Source of randomness.
+
+    Returns:
+        Every command that was carried out, L in all, and every pose.
+    """
+    journey = Journey(guide, roadmap, np.asarray(_sensed(scenario, start)), goal)
+    motors, bumps, poses = [], [], [start]
+    for round_key in jax.random.split(key, rounds):
+        planned = journey.plan(key=round_key)
+        if planned is None:
+            break
+        after, blocked, done = _carried_out(scenario, poses[-1], jnp.asarray(planned, jnp.float32))
+        num = int(done.sum())
+        motors.append(planned[:num])
+        bumps.append(np.asarray(blocked)[:num])
+        poses += [jax.tree.map(lambda field, t=t: field[t], after) for t in range(num)]
+        happened = guide.controller.commands.without_translation(
+            jnp.asarray(motors[-1].T), jnp.asarray(bumps[-1])
+        )
+        journey.sensed(np.asarray(happened).T, np.asarray(_sensed(scenario, poses[-1])))
+    none = np.zeros((0, guide.motors.shape[-1]))
+    return Way(
+        jnp.asarray(np.concatenate([none, *motors]), jnp.float32),
+        jax.tree.map(lambda *fields: jnp.stack(fields), *poses),
+        jnp.asarray(np.concatenate([np.zeros(0, bool), *bumps])),
+        jnp.ones(len(poses) - 1, bool),
+    )
+
+
+_carried_out = eqx.filter_jit(carry_out)
+_sensed = eqx.filter_jit(lambda scenario, pose: scenario.sense(pose))

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from motorspace import se2
+from motorspace._types import Pose
 from motorspace.control.guide import BLOCKED, Course, Guide, features
-from motorspace.control.journey import Journey
+from motorspace.control.journey import Journey, seek
 from motorspace.control.planning import Effort
 from motorspace.control.trials import moved
 from motorspace.judge.judge import Judge
@@ -17,6 +18,7 @@ from motorspace.judge.places import Hypotheses
 from motorspace.judge.roadmap import Roadmap
 from motorspace.judge.walls import map_walls
 from motorspace.trajectories.commands import nominal
+from motorspace.worlds.scenario import Scenario
 from tests.control import exact
 
 HERE, GOAL = np.full(9, 1.0), np.full(9, 2.0)
@@ -141,3 +143,24 @@ def test_an_agent_that_senses_the_goal_stays(far):
     known = judge(far)
     guide, roadmap = Guide(exact.controller(), known), Roadmap(known.walls, lattice())
     assert Journey(guide, roadmap, GOAL, GOAL).plan(key=jax.random.key(0)) is None
+
+
+class Marked(Scenario):
+    """An empty world in which one place looks unlike all others."""
+
+    def sense(self, pose):
+        there = jnp.hypot(pose.x - 25.0, pose.y - 25.0) < 0.35
+        return jnp.where(there, GOAL[:, None], HERE[:, None]).reshape(9)
+
+
+def test_an_agent_seeks_where_the_goal_is_sensed(far):
+    known, scenario = judge(far), Marked("empty", exact.AGENT)
+    guide, roadmap = Guide(exact.controller(), known), Roadmap(known.walls, lattice())
+    start = Pose(*jnp.array([20.0, 20.0, 0.0, 0.0]))
+    way = seek(guide, roadmap, scenario, start, GOAL, rounds=12, key=jax.random.key(0))
+    assert float(jnp.hypot(way.poses.x[-1] - 25.0, way.poses.y[-1] - 25.0)) < 0.35
+    assert way.motors.shape == (len(way.poses.x) - 1, 2) and len(way.motors) < 36
+    assert way.carried_out.all() and not way.blocked.any()
+    there = jax.tree.map(lambda field: field[-1], way.poses)
+    stays = seek(guide, roadmap, scenario, there, GOAL, rounds=12, key=jax.random.key(0))
+    assert stays.motors.shape == (0, 2) and stays.poses.x.shape == (1,)
