@@ -57,6 +57,8 @@ def jobs(budget: Budget, seeds: int) -> list[Job]:
 
 def measured(run: "Run", num: int, *, codes: str, share: float = 1.0) -> Numbers:
     """Every row of a network: {POLICY/TASK/ROW/MEASURE: value}, after a share of the steps."""
+    import jax
+
     from motorspace.navigation.learning import learn_with
     from motorspace.navigation.measuring import evaluate_others, evaluate_policy
 
@@ -73,6 +75,9 @@ def measured(run: "Run", num: int, *, codes: str, share: float = 1.0) -> Numbers
                 config = configuration(run, task, OBSERVATIONS["ranges"], steps, seed)
                 numbers = evaluate_others(config, num=NUM_BESIDE, seed=seed)
                 found |= _placed(numbers, f"{number}/{task}")
+            # Every row compiles programs of its own: all of them together exceed the memory
+            # mappings that a process may have.
+            jax.clear_caches()
     return found
 
 
