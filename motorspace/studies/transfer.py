@@ -19,7 +19,7 @@ from motorspace.studies.cells import system
 from motorspace.studies.navigation import CONTROL_UPDATES
 from motorspace.studies.observations import IN_CODES
 from motorspace.studies.rows import Numbers, Row, chosen, under
-from motorspace.studies.study import Budget, Line, Study, Table, Target
+from motorspace.studies.study import Budget, Study, Table, Target
 from motorspace.studies.tables import columns
 from motorspace.training.config import RunConfig
 from motorspace.training.data import Simulated, simulated
@@ -102,6 +102,8 @@ def jobs(budget: Budget, seeds: int) -> list[Job]:
 
 def measured(run: "Run", num: int, *, share: float = 1.0) -> Numbers:
     """Every cell: {BODY/FAN/CODES/LAYOUT/MEASURE: value}, after a share of all learning."""
+    import jax
+
     from motorspace.control.controller import learn_controller
     from motorspace.control.learning import ControlConfig
     from motorspace.navigation.measuring import evaluate_in
@@ -130,6 +132,7 @@ def measured(run: "Run", num: int, *, share: float = 1.0) -> Numbers:
                 "loss": float(there.log[-1]["prediction_loss"]) if there.log else math.nan,
             }
             found |= {f"{place.name}/{layout}/transfer.{key}": v for key, v in scores.items()}
+            jax.clear_caches()  # as in the study of navigation
     return found
 
 
@@ -240,19 +243,10 @@ def _of(numbers: Numbers, place: str) -> Numbers:
     return own
 
 
-CODES_OF = ("body", "sensor", "codes")
-
-
-def unseen(found: Sequence[Row]) -> list[Line]:
-    """The rows of unseen rooms."""
-    made = columns(*CODES_OF, "transfer.success", "transfer.diagonal", "transfer.chance")
-    return made(chosen(found, layout="unseen rooms"))
-
-
-def reached(found: Sequence[Row]) -> list[Line]:
-    """Displacements by another body's labels, which have no layout."""
-    made = columns(*CODES_OF, "transfer.reach")
-    return made(chosen(found, layout="unseen rooms"))
+def unseen(*keys: str) -> Table:
+    """These measures in unseen rooms; some have no layout."""
+    made = columns("body", "sensor", "codes", *keys)
+    return Table(lambda found: made(chosen(found, layout="unseen rooms")))
 
 
 def figure(found: Sequence[Row]) -> "Figure":
@@ -271,8 +265,8 @@ STUDY = Study(
     measures={"full": measured, "quick": partial(measured, share=0.1)},
     rows=rows,
     tables={
-        "transfer_unseen": Table(unseen),
-        "transfer_reach": Table(reached),
+        "transfer_unseen": unseen("transfer.success", "transfer.diagonal", "transfer.chance"),
+        "transfer_reach": unseen("transfer.reach"),
         "transfer": Table(
             columns(
                 *("body", "sensor", "layout", "codes"),
