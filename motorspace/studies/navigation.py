@@ -14,6 +14,7 @@ from motorspace.studies.observations import BESIDE, CODES, GOALS, OBSERVATIONS, 
 from motorspace.studies.rows import Numbers, Row, Settings, Spread, under
 from motorspace.studies.study import Budget, Line, Study, Table, Target
 from motorspace.training.data import simulated
+from motorspace.training.settings import changed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,6 +39,8 @@ POLICIES = 2
 
 CONTROL_UPDATES = 3000
 """Of the controller, or of what composes codes that are no products."""
+LABELLED_RATE = 1e-3
+"""Step of Adam where displacements are predicted: with that of `best` some networks diverge."""
 NUM_BESIDE = 512
 """Problems for chance and the planner: a planner that tries many commands takes its time."""
 
@@ -48,7 +51,7 @@ def jobs(budget: Budget, seeds: int) -> list[Job]:
     def job(codes: str, seed: int) -> Job:
         config = system("forward", 0.4, budget, seed, "paper" if codes == "paper" else "best")
         if codes == "supervised":
-            config = derived(config, "supervised")
+            config = changed(derived(config, "supervised"), {"learning_rate": LABELLED_RATE})
         measure = f"quick {codes}" if budget == "quick" else codes
         return Job("navigation", cell(agent="forward", codes=codes, rotation=0.4), config, measure)
 
