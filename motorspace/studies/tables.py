@@ -15,6 +15,7 @@ from motorspace.studies.rows import SYMBOLS, Row, Spread, known_measure, rows_of
 from motorspace.studies.study import BUDGETS, Budget, Line, Study, studies, study_named
 
 EMPTY = "Not measured yet.\n"
+NONE_MISSED = "Every target that was set before is reached.\n"
 
 
 def columns(
@@ -110,7 +111,7 @@ class Results:
         NAME_missed, those that are not, with the reasons.
         """
         lines: dict[str, Sequence[Line]] = {}
-        claims = self.claims()
+        claims, met = self.claims(), set[str]()
         for study in studies().values():
             for name, table in study.tables.items():
                 lines[name] = table.lines(self.rows(study, table.budget))
@@ -118,8 +119,12 @@ class Results:
                 own = [claim for claim in claims if claim.row.study == study.name]
                 lines[f"{study.name}_targets"] = targets.reached_lines(own)
                 lines[f"{study.name}_missed"] = targets.missed_lines(own)
+                met |= {f"{study.name}_missed"} if own else set()
         lines["targets"] = targets.all_lines(claims)
-        return {name: markdown_table(found) or EMPTY for name, found in lines.items()}
+        return {
+            name: markdown_table(found) or (NONE_MISSED if name in met else EMPTY)
+            for name, found in lines.items()
+        }
 
     def pictures(self) -> dict[str, bytes]:
         """Every figure of a study that has rows, by its name, as a PNG file."""

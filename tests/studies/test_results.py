@@ -12,7 +12,7 @@ from motorspace._errors import UserError
 from motorspace.running.store import read_configs, read_lines
 from motorspace.studies.rehash import rehash
 from motorspace.studies.study import studies
-from motorspace.studies.tables import Results
+from motorspace.studies.tables import EMPTY, NONE_MISSED, Results
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "results"
@@ -74,3 +74,12 @@ def test_broken_reasons_are_named(tmp_path):
     (tmp_path / "targets.toml").write_text("[[missed]]\nstudy = 1\n")
     with pytest.raises(UserError, match=r"targets\.toml: the reasons cannot be read"):
         Results(tmp_path).reasons()
+
+
+def test_a_study_without_a_missed_target_says_so(monkeypatch):
+    few = {name: studies()[name] for name in ("navigation", "lattice")}
+    monkeypatch.setattr("motorspace.studies.tables.studies", lambda: few)
+    tables = Results(FOLDER).tables()
+    assert tables["navigation_missed"] == NONE_MISSED
+    assert tables["lattice_missed"].startswith("|")
+    assert Results(FOLDER / "nothing").tables()["navigation_missed"] == EMPTY
