@@ -39,8 +39,9 @@ POLICIES = 2
 
 CONTROL_UPDATES = 3000
 """Of the controller, or of what composes codes that are no products."""
-LABELLED_RATE = 1e-3
-"""Step of Adam where displacements are predicted: with that of `best` some networks diverge."""
+LABELLED = {"learning_rate": 1e-3, "curriculum": 0.5}
+"""How networks learn from displacements: as `best` does, most of them end in matrices that are no
+motions."""
 NUM_BESIDE = 512
 """Problems for chance and the planner: a planner that tries many commands takes its time."""
 
@@ -51,7 +52,7 @@ def jobs(budget: Budget, seeds: int) -> list[Job]:
     def job(codes: str, seed: int) -> Job:
         config = system("forward", 0.4, budget, seed, "paper" if codes == "paper" else "best")
         if codes == "supervised":
-            config = changed(derived(config, "supervised"), {"learning_rate": LABELLED_RATE})
+            config = changed(derived(config, "supervised"), LABELLED)
         measure = f"quick {codes}" if budget == "quick" else codes
         return Job("navigation", cell(agent="forward", codes=codes, rotation=0.4), config, measure)
 
