@@ -238,7 +238,7 @@ def rows(found: Sequence[Row]) -> list[Row]:
 
 def _of(numbers: Numbers, place: str) -> Numbers:
     own = under(numbers, place)
-    if {"transfer.success", "transfer.diagonal"} <= own.keys():
+    if "transfer.success" in own and own.get("transfer.diagonal", 0) > 0:
         own["transfer.share"] = own["transfer.success"] / own["transfer.diagonal"]
     return own
 

@@ -125,7 +125,8 @@ def test_a_row_is_learned_and_measured(monkeypatch, few):
     place = "displacement_goal/ranges/navigation"
     assert measured[f"0/{place}.seen.num"] == measured[f"1/{place}.unseen.num"] == 4
     assert 0 <= measured["1/displacement_goal/chance/navigation.unseen.success"] <= 1
-    assert measured["0/displacement_goal/planner/navigation.unseen.success"] == 1
+    chance = measured["0/displacement_goal/chance/navigation.unseen.success"]
+    assert measured["0/displacement_goal/planner/navigation.unseen.success"] > max(chance, 0.5)
     assert any(key.startswith("0/displacement_goal/once") for key in measured)
     assert not any(key.startswith("1/displacement_goal/once") for key in measured)
 
