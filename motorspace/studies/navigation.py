@@ -191,8 +191,11 @@ def lines(found: Sequence[Row], *, task: str, heads: Collection[str] = ()) -> li
 
 
 def _line(row: Row) -> Line:
-    means = {head: interquartile([row[key].values]) for head, key in HEADS.items() if key in row}
-    return means | {"policies": len(row.runs)}
+    return _means(row, HEADS) | {"policies": len(row.runs)}
+
+
+def _means(row: Row, shown: Mapping[str, str]) -> dict[str, Any]:
+    return {head: interquartile([row[key].values]) for head, key in shown.items() if key in row}
 
 
 def aggregated(found: Sequence[Row]) -> list[Line]:
@@ -237,11 +240,10 @@ def figure(found: Sequence[Row]) -> "Figure":
     from motorspace.reports.figures.measures import changes_figure
 
     keys = (SUCCESS, "navigation.unseen.spl", COMMANDS)
-    shown = [row for row in found if row.cell["task"] == "home"]
     made = [
-        {"observed": row.cell["observed"]}
-        | {key: interquartile([row[key].values]) for key in keys if key in row}
-        for row in shown
+        {"observed": row.cell["observed"]} | _means(row, {key: key for key in keys})
+        for row in found
+        if row.cell["task"] == "home"
     ]
     return changes_figure(made, "observed", keys)
 

@@ -2,7 +2,6 @@
 
 import json
 import math
-import pickle
 import subprocess
 import sys
 
@@ -28,6 +27,7 @@ from motorspace.environments.vector import ExplorationVectorEnv
 from motorspace.worlds.agents import ForwardAgent
 from motorspace.worlds.sensors.base import AbstractSensor
 from motorspace.worlds.spaces import SensorSpace
+from tests.sending import sent
 
 register_environments()
 MANY = Scenario("rooms:1", HolonomicAgent(head_rule="turn"), RangeFan(30, sense_head=True))
@@ -234,12 +234,12 @@ def test_steps_need_a_reset():
 
 
 @pytest.mark.parametrize("make", [ExplorationEnv, lambda: ExplorationVectorEnv(num_envs=2)])
-def test_environments_are_pickled_in_the_middle_of_an_episode(make):
+def test_environments_are_sent_in_the_middle_of_an_episode(make):
     env = make()
     env.reset(seed=0)
     action = np.zeros(env.action_space.shape)
     env.step(action)
-    copy = pickle.loads(pickle.dumps(env))
+    copy = sent(env)
     for one, other in zip(env.step(action)[:4], copy.step(action)[:4], strict=True):
         np.testing.assert_array_equal(one, other)
     np.testing.assert_array_equal(env.reset()[0], copy.reset()[0], "their random numbers agree")

@@ -2,7 +2,6 @@
 
 import json
 import math
-import pickle
 import warnings
 
 import gymnasium
@@ -14,6 +13,7 @@ from motorspace import ForwardAgent, HolonomicAgent, RangeFan, RunConfig, Simula
 from motorspace.environments import NAVIGATION, register
 from motorspace.navigation.environments import NavigationEnv, NavigationVectorEnv
 from motorspace.training import folder
+from tests.sending import sent
 
 register()
 
@@ -104,11 +104,11 @@ def test_the_vector_environment_resets_on_the_step_after(envs):
 
 
 @pytest.mark.parametrize("make", [lambda env, _: env, lambda _, envs: envs.unwrapped])
-def test_environments_are_pickled_in_the_middle_of_an_episode(make, env, envs):
+def test_environments_are_sent_in_the_middle_of_an_episode(make, env, envs):
     one = make(env, envs)
     one.reset(seed=0)
     action = np.zeros(one.action_space.shape)
-    copy = pickle.loads(pickle.dumps(one))
+    copy = sent(one)
     for mine, its in zip(one.step(action)[:4], copy.step(action)[:4], strict=True):
         np.testing.assert_allclose(mine, its, atol=1e-5)
 

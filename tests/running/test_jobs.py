@@ -1,11 +1,10 @@
 """A job is plain data with a folder name that any file system takes."""
 
-import pickle
-
 import pytest
 
 from motorspace.running.jobs import Job, cell, described
 from tests.running.toy import ToyConfig, ToyTraining, jobs
+from tests.sending import sent
 
 
 def test_a_cell_does_not_depend_on_the_order_in_which_it_is_written():
@@ -24,4 +23,4 @@ def test_a_folder_name_holds_no_separators_and_is_short(value):
 def test_jobs_differ_by_cell_seed_and_configuration():
     (first, second, third) = (*jobs(0.2, 0.4), Job("toy", (), ToyConfig(training=ToyTraining(1))))
     assert len({job.key for job in (first, second, third)}) == 3
-    assert pickle.loads(pickle.dumps(first)) == first
+    assert sent(first) == first
