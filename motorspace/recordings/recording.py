@@ -36,6 +36,8 @@ class Recording:
     """Whether increments are (longitudinal, lateral, rotation) in the robot's own frame."""
     usable: Bool[np.ndarray, " N-1"]
     """Whether transitions may go from scan i to scan i + 1."""
+    judged: bool = False
+    """Whether the rules that leave intervals out have been applied already."""
     notes: tuple[str, ...] = ()
     """What a person should know before learning from it, a sentence each."""
 
