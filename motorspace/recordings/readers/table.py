@@ -27,6 +27,8 @@ from motorspace.recordings.recording import Recording
 
 PARQUET = b"PAR1"
 
+TimeUnit = Literal["s", "ms", "us", "ns"]
+
 
 @dataclass(frozen=True)
 class TableReader(AbstractReader):
@@ -42,7 +44,7 @@ class TableReader(AbstractReader):
     """What stands between the cells of a text table."""
     decimal: Decimal = "auto"
     """The decimal sign of a text table."""
-    time_unit: Literal["s", "ms", "us", "ns"] = "s"
+    time_unit: TimeUnit = "s"
     """Unit of the column time, where it holds plain numbers."""
     max_range: float | None = None
     """Readings at or beyond it mean no return and become it (default: only infinite ones, which
