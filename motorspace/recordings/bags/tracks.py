@@ -184,7 +184,7 @@ class TrackMaker(NamedTuple):
         held = "until the next" if self.timeout is None else f"for {self.timeout:g} s at most"
         notes.append(
             f"motion by {len(messages)} commands of {source.topic}, each executed {held}: what the "
-            "robot was told to do, not what it did"
+            "robot was asked to do, not what it did"
         )
         velocity = np.array([m.velocity for m in messages if isinstance(m, Command)])
         within = scans[(scans >= times[0]) & (scans <= times[-1])]

@@ -40,6 +40,8 @@ class EncoderReader(LaserReader):
     """First column of the laser ranges; they go on to the end of the row."""
     range_unit: float = field(default=0.001, metadata={"positive": True})
     """Metres in one unit of the laser ranges."""
+    min_range: float = field(default=0.02, metadata={"positive": True})
+    """Shorter readings are error codes of the laser, which count as no return, metres."""
     laser_view: float = field(default=math.radians(239.765625), metadata={"in_pi": True})
     """Angle from the first beam to the last, half of it on either side; negative where the first
     beam is the leftmost."""
@@ -108,6 +110,7 @@ class EncoderReader(LaserReader):
 
     def _scan(self, row: list[float], pose: list[float]) -> Scan:
         ranges = self.range_unit * np.array(row[3:])
+        ranges[(ranges >= 0) & (ranges < self.min_range)] = 0.0
         if self.laser_view < 0:
             ranges = ranges[::-1]
         view = abs(self.laser_view)

@@ -230,6 +230,7 @@ def _within(
 ) -> Bool[np.ndarray, " N-1"]:
     """The intervals between scans that share time with one of the gaps."""
     found = np.zeros(len(time) - 1, bool)
+    gaps = tuple((start, end) for start, end in gaps if start < time[-1] and end > time[0])
     for start, end in gaps:
         found |= (time[:-1] < end) & (time[1:] > start)
     if gaps:
