@@ -31,13 +31,16 @@ def write_table(recording: Recording, path: Path | str) -> None:
         UserError: Another ending, a file that cannot be written, or Parquet without pyarrow.
     """
     path = Path(path)
+    check_ending(path)
     columns = _columns(recording)
     about = About(recording.planar, recording.sensor_scale, recording.judged)
-    if path.suffix == ".csv":
-        write_atomically(path, _csv(columns, about))
-    elif path.suffix == ".parquet":
-        write_atomically(path, _parquet(columns, about))
-    else:
+    content = _csv if path.suffix == ".csv" else _parquet
+    write_atomically(path, content(columns, about))
+
+
+def check_ending(path: Path) -> None:
+    """Raise `UserError` unless a table can be written under this name."""
+    if path.suffix not in ENDINGS:
         raise UserError(
             f"a table cannot end in {path.suffix!r}",
             where=path,
