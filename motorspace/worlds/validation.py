@@ -218,7 +218,7 @@ def _meeting_edges(polygon: Points) -> tuple[int, int] | None:
 def meet(
     a: Float[np.ndarray, "*P 2"], b: Float[np.ndarray, "*P 2"], c: Points, d: Points
 ) -> Bool[np.ndarray, " P"]:
-    """Whether segments from `a` to `b`, or the only one, share points with those from `c` to `d`."""
+    """Whether segments from `a` to `b`, or the only one, meet those from `c` to `d`."""
     one_side = _cross(b - a, c - a) * _cross(b - a, d - a) > 0
     other_side = _cross(d - c, a - c) * _cross(d - c, b - c) > 0
     boxes = (np.minimum(a, b) <= np.maximum(c, d)) & (np.minimum(c, d) <= np.maximum(a, b))

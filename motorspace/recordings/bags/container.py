@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, NamedTuple
 
 from motorspace._errors import UserError
 from motorspace.recordings.readers.faults import Faults
@@ -68,7 +68,7 @@ class Cut(Exception):
 class Source:
     """A file or a chunk, read in pieces that are never longer than what is left of it."""
 
-    def __init__(self, file: BinaryIO, size: int) -> None:
+    def __init__(self, file: io.BufferedReader | io.BytesIO, size: int) -> None:
         self._file = file
         self.left = size
         self.at = 0
@@ -90,6 +90,10 @@ class Source:
             raise Cut("the file is shorter than it was")
         return found
 
+    def up_to(self, size: int) -> bytes:
+        """The next bytes, fewer where the file ends before them."""
+        return self.take(min(size, self.left))
+
     def skip(self, size: int) -> None:
         """Leave bytes out. Raises `Cut` if there are not so many."""
         if size > self.left:
@@ -106,7 +110,7 @@ class Source:
         self.at += size
 
 
-def opened(path: Path) -> tuple[BinaryIO, int]:
+def opened(path: Path) -> tuple[io.BufferedReader, int]:
     """The file and its size. Raises `UserError` if it cannot be opened."""
     try:
         file = path.open("rb")
@@ -117,13 +121,14 @@ def opened(path: Path) -> tuple[BinaryIO, int]:
         ) from None
 
 
-def unpacked(content: bytes, method: str, size: int | None) -> bytes:
+def unpacked(content: bytes, method: str, size: int | None, *, whole: bool = True) -> bytes:
     """A chunk, decompressed. Raises `Cut` for damaged data and for ones larger than claimed.
 
     Args:
         content: The packed bytes.
         method: "", "none", "bz2", "lz4" or "zstd".
         size: How long they claim to be; None where they do not say.
+        whole: Whether the packed bytes are all there.
     """
     if method in ("", "none"):
         return content
@@ -135,7 +140,7 @@ def unpacked(content: bytes, method: str, size: int | None) -> bytes:
         found: bytes = decompressor.decompress(content, limit + 1)
     except Exception as error:  # each library has errors of its own
         raise Cut(f"its {method} data are damaged ({error})") from None
-    if len(found) > limit or (size is not None and len(found) < size):
+    if len(found) > limit or (whole and size is not None and len(found) < size):
         raise Cut(f"its {method} data are not {limit} bytes long, as they claim")
     return found
 

@@ -29,6 +29,8 @@ def messages(path: Path, contents: Contents, faults: Faults) -> Iterator[Raw]:
         contents: Is filled with topics and counts.
         faults: Takes what is broken, and counts that differ from the bag's own.
     """
+    if not path.exists():
+        raise UserError("there is no such file", where=path, remedy="check the path")
     paths, claimed = bag_files(path, faults)
     for part in paths:
         head = read_bytes(part, 16)

@@ -47,7 +47,11 @@ def messages(path: Path, contents: Contents, faults: Faults) -> Iterator[Raw]:
             while source.left and not state.closed:
                 start = source.at
                 op, length = source.number(1), source.number(8)
-                if op in (SCHEMA, CHANNEL, MESSAGE, CHUNK, STATISTICS):
+                if op == CHUNK:
+                    yield from _chunk(
+                        Source.of(source.up_to(length)), state, f"{path}, byte {start}"
+                    )
+                elif op in (SCHEMA, CHANNEL, MESSAGE, STATISTICS):
                     record = Source.of(source.take(length))
                     yield from _read(op, record, state, f"{path}, byte {start}")
                 else:
@@ -62,9 +66,7 @@ def messages(path: Path, contents: Contents, faults: Faults) -> Iterator[Raw]:
 
 
 def _read(op: int, record: Source, state: State, place: str) -> Iterator[Raw]:
-    if op == CHUNK:
-        yield from _chunk(record, state, place)
-    elif op == SCHEMA:
+    if op == SCHEMA:
         number, name = record.number(2), _text(record)
         state.schemas[number] = _long_name(name)
     elif op == CHANNEL:
@@ -89,8 +91,10 @@ def _chunk(record: Source, state: State, place: str) -> Iterator[Raw]:
         record.skip(16)
         size, checksum = record.number(8), record.number(4)
         method = _text(record)
-        content = unpacked(record.take(record.number(8)), method, size)
-        if checksum and zlib.crc32(content) != checksum:
+        length = record.number(8)
+        whole = length <= record.left
+        content = unpacked(record.up_to(length), method, size, whole=whole)
+        if whole and checksum and zlib.crc32(content) != checksum:
             raise Cut("its checksum is wrong")
         chunk = Source.of(content)
         while chunk.left:
@@ -99,6 +103,8 @@ def _chunk(record: Source, state: State, place: str) -> Iterator[Raw]:
                 yield from _read(op, Source.of(chunk.take(length)), state, place)
             else:
                 chunk.skip(length)
+        if not whole:
+            raise Cut("the file ends before it does")
     except Cut as why:
         state.faults.add(broken_chunk(place, why))
 

@@ -17,6 +17,7 @@ ODOMETRY = "nav_msgs/msg/Odometry"
 TWIST = "geometry_msgs/msg/Twist"
 TWIST_STAMPED = "geometry_msgs/msg/TwistStamped"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
+TRANSFORMS_DEFINED = "geometry_msgs/TransformStamped[] transforms"
 OLD_TRANSFORMS = "tf/msg/tfMessage"
 POSE = "geometry_msgs/msg/PoseStamped"
 POSE_COVARIANCE = "geometry_msgs/msg/PoseWithCovarianceStamped"
@@ -74,15 +75,16 @@ class Decoder:
 
     def __init__(self) -> None:
         try:
-            from rosbags.typesys import Stores, get_typestore
+            from rosbags.typesys import Stores, get_types_from_msg, get_typestore
         except ImportError:
             raise UserError("ROS bags need rosbags", remedy=INSTALL) from None
         # The messages that are read here have not changed since these releases.
         self._ros1 = get_typestore(Stores.ROS1_NOETIC)
+        self._ros1.register(get_types_from_msg(TRANSFORMS_DEFINED, TRANSFORMS))
         self._ros2 = get_typestore(Stores.ROS2_HUMBLE)
 
     def decode(self, raw: Raw) -> list[Message]:
-        """The message; for transforms, one for each of them. Raises `UserError` for a broken one."""
+        """The message; for transforms, one for each. Raises `UserError` for a broken one."""
         kind = TRANSFORMS if raw.kind == OLD_TRANSFORMS else raw.kind
         if raw.encoding not in ("cdr", "ros1"):
             raise _broken(raw, f"it is encoded as {raw.encoding!r}, not as ROS does")

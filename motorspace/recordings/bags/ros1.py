@@ -58,7 +58,7 @@ def messages(path: Path, contents: Contents, faults: Faults) -> Iterator[Raw]:
                 if op == CHUNK_INFO:
                     _count(source.take(record.size), connections, contents)
                 elif op == CHUNK:
-                    data, place = source.take(record.size), f"{path}, byte {start}"
+                    data, place = source.up_to(record.size), f"{path}, byte {start}"
                     yield from _chunk(data, record, connections, contents, faults, place)
                 elif op in (CONNECTION, MESSAGE):
                     yield from _read(source, record, connections, contents, f"{path}, byte {start}")
@@ -68,8 +68,7 @@ def messages(path: Path, contents: Contents, faults: Faults) -> Iterator[Raw]:
             faults.add(cut_off(path, source.at, why))
             indexed = True  # one sentence is enough
         if not indexed:
-            why = "it was not closed, so that its last messages and its index are missing"
-            faults.add(cut_off(path, size, why))
+            faults.add(cut_off(path, size, "it was not closed: its last messages are missing"))
         report_count(path, contents, faults)
 
 
@@ -95,9 +94,12 @@ def _chunk(
     """The messages in a chunk; from where it is damaged on, its rest is left out."""
     try:
         method = record.fields.get(b"compression", b"none").decode("latin-1")
-        chunk = Source.of(unpacked(data, method, record.number(b"size")))
+        whole = len(data) == record.size
+        chunk = Source.of(unpacked(data, method, record.number(b"size"), whole=whole))
         while chunk.left:
             yield from _read(chunk, _record(chunk), connections, contents, place)
+        if not whole:
+            raise Cut("the file ends before it does")
     except Cut as why:
         faults.add(broken_chunk(place, why))
 

@@ -1,6 +1,8 @@
 """ROS 2 bags in SQLite databases."""
 
+import shutil
 import sqlite3
+import tempfile
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -15,6 +17,7 @@ from motorspace.recordings.bags.container import (
     Cut,
     Raw,
     cut_off,
+    opened,
     unpacked,
 )
 from motorspace.recordings.readers.faults import Faults
@@ -22,11 +25,53 @@ from motorspace.recordings.readers.faults import Faults
 MAGIC = b"SQLite format 3\0"
 
 
+PAGE_SIZE, NUM_PAGES = slice(16, 18), slice(28, 32)
+"""Where the head of a database says how large it is, in numbers with the highest byte first."""
+
+
 def messages(path: Path, contents: Contents, faults: Faults) -> Iterator[Raw]:
     """Every message that is wanted, in the order in which they were recorded."""
+    size, claimed = _sizes(path)
+    if size >= claimed:
+        yield from _read(path, path, contents, faults)
+        return
+    faults.add(cut_off(path, size, f"its head says that it has {claimed} bytes"))
+    with tempfile.TemporaryDirectory() as folder:
+        yield from _read(_shortened(path, Path(folder)), path, contents, faults)
+
+
+def _sizes(path: Path) -> tuple[int, int]:
+    """The bytes of a database, and those that its head says it has."""
+    file, size = opened(path)
+    with file:
+        head = file.read(NUM_PAGES.stop)
+    page = int.from_bytes(head[PAGE_SIZE], "big")
+    return size, (65536 if page == 1 else page) * int.from_bytes(head[NUM_PAGES], "big")
+
+
+def _shortened(path: Path, folder: Path) -> Path:
+    """A copy whose head says how many pages there are: SQLite opens no other."""
+    size, _ = _sizes(path)
+    copy = folder / "bag.db3"
+    try:
+        shutil.copyfile(path, copy)
+        with copy.open("r+b") as file:
+            page = int.from_bytes(file.read(PAGE_SIZE.stop)[PAGE_SIZE], "big")
+            pages = size // max(65536 if page == 1 else page, 512)
+            file.seek(NUM_PAGES.start)
+            file.write(pages.to_bytes(4, "big"))
+    except OSError as error:
+        raise UserError(
+            f"the bag is cut off and cannot be copied ({error.strerror})", where=path, remedy=COPY
+        ) from None
+    return copy
+
+
+def _read(file: Path, path: Path, contents: Contents, faults: Faults) -> Iterator[Raw]:
+    """The messages in a database that is, or is a copy of, the bag at `path`."""
     try:
         # Immutable: neither a lock nor a journal is written beside the bag.
-        place = f"file:{quote(str(path.absolute()))}?mode=ro&immutable=1"
+        place = f"file:{quote(str(file.absolute()))}?mode=ro&immutable=1"
         connection = sqlite3.connect(place, uri=True)
         connection.text_factory = lambda text: text.decode("utf-8", "replace")
         with closing(connection):

@@ -155,7 +155,5 @@ class Streams:
             self.notes.append(f"topics that are not read: {listed}{more}")
 
 
-
-
 def _short(kind: str) -> str:
     return kind.rpartition("/")[2]

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal, NamedTuple, Protocol, TypeVar
+from typing import Literal, NamedTuple, TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -15,7 +15,7 @@ from motorspace.recordings.bags.messages import (
     Command,
     LaserScan,
     Located,
-    Stamped,
+    Message,
 )
 from motorspace.recordings.bags.topics import FRAMES, MOTIONS, Streams
 from motorspace.recordings.readers.motion import Motion, commanded, ordered
@@ -27,14 +27,7 @@ OFFSET = 0.5
 """Seconds that two clocks may lie apart without a note."""
 
 
-class HasStamp(Protocol):
-    """A message that says when it is from."""
-
-    @property
-    def stamp(self) -> Stamped: ...
-
-
-M = TypeVar("M", bound=HasStamp)
+M = TypeVar("M", LaserScan, Located, Located | Command)
 
 
 class Source(NamedTuple):
@@ -50,7 +43,7 @@ class Clock(NamedTuple):
 
     kind: Literal["header", "bag"]
 
-    def times(self, messages: Sequence[HasStamp]) -> Float[np.ndarray, " P"]:
+    def times(self, messages: Sequence[Message]) -> Float[np.ndarray, " P"]:
         """When the messages are from, seconds."""
         return np.array([getattr(message.stamp, self.kind) for message in messages], float)
 
@@ -79,7 +72,7 @@ def clocked(
 
     Raises `UserError` where even the bag's own time runs backwards.
     """
-    motion: list[HasStamp] = [*source.poses, *source.commands]
+    motion: list[Message] = [*source.poses, *source.commands]
     header, bag = Clock("header"), Clock("bag")
     if wanted == "header":
         why = next(filter(None, (_no_clock(header, m) for m in (scans, motion))), None)
@@ -93,7 +86,7 @@ def clocked(
     return bag
 
 
-def _no_clock(clock: Clock, messages: Sequence[HasStamp]) -> str | None:
+def _no_clock(clock: Clock, messages: Sequence[Message]) -> str | None:
     """Why messages cannot be ordered by a clock."""
     times = clock.times(messages)
     if np.isnan(times).any():
@@ -107,8 +100,8 @@ def _no_clock(clock: Clock, messages: Sequence[HasStamp]) -> str | None:
 def _compare(
     header: Clock,
     bag: Clock,
-    scans: Sequence[HasStamp],
-    motion: Sequence[HasStamp],
+    scans: Sequence[Message],
+    motion: Sequence[Message],
     topic: str,
     notes: list[str],
 ) -> None:
@@ -172,7 +165,8 @@ class TrackMaker(NamedTuple):
         self, source: Source, clock: Clock, scans: Float[np.ndarray, " N"], notes: list[str]
     ) -> Motion:
         """The poses by odometry or by commands. Raises `UserError` for fewer than two."""
-        messages, times = clock.sort([*source.poses, *source.commands], source.topic, notes)
+        of_both: list[Located | Command] = [*source.poses, *source.commands]
+        messages, times = clock.sort(of_both, source.topic, notes)
         if len(messages) < 2:
             raise UserError(
                 f"there are only {len(messages)} messages of motion in {source.topic}",

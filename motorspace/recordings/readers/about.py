@@ -1,6 +1,6 @@
 """What a table says of itself beside its columns: a comment of a text, a key of a Parquet file.
 
-    # motorspace: {"planar": true, "sensor_scale": [10.0, 10.0], "judged": true}
+The comment is `# motorspace: {"planar": true, "sensor_scale": [10.0, 10.0], "judged": true}`.
 """
 
 import json

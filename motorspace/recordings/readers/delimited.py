@@ -40,9 +40,7 @@ class Header(NamedTuple):
     """Plain names, as many as there are columns."""
 
 
-def read_delimited(
-    path: Path, faults: Faults, *, separator: Separator, decimal: Decimal
-) -> Table:
+def read_delimited(path: Path, faults: Faults, *, separator: Separator, decimal: Decimal) -> Table:
     """The table in a text file.
 
     A row that is broken goes to `faults`; if these go on, it has no values, so that no transition

@@ -50,7 +50,7 @@ def commanded(
         also: Further times at which the pose is wanted.
         timeout: Seconds after which a robot that hears nothing stands still; None for never.
     """
-    ends = [] if timeout is None else time + timeout
+    ends = time[:0] if timeout is None else time + timeout
     moments = np.unique(np.concatenate([time, also, ends]))
     moments = moments[moments >= time[0]]
     given = np.searchsorted(time, moments[:-1], side="right") - 1
@@ -70,9 +70,7 @@ def interpolated(motion: Motion, time: Float[np.ndarray, " N"]) -> Float[np.ndar
     return se2.compose(start, share * se2.relative(start, end)).T
 
 
-def pauses(
-    motion: Motion, scans: Float[np.ndarray, " N"]
-) -> tuple[tuple[float, float], ...]:
+def pauses(motion: Motion, scans: Float[np.ndarray, " N"]) -> tuple[tuple[float, float], ...]:
     """From when to when the odometry is missing, so that poses in between would be invented."""
     seconds = np.diff(motion.time)
     usual = float(np.median(seconds))

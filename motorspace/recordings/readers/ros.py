@@ -142,5 +142,3 @@ def _readings_note(scans: list[LaserScan], topic: str) -> list[str]:
     if not short:
         return []
     return [f"{short} readings of {topic} are below range_min: they count as not a number"]
-
-

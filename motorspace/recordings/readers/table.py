@@ -109,9 +109,7 @@ class TableReader(AbstractReader):
         if read_bytes(path, len(PARQUET)) == PARQUET:
             table = read_parquet(path)
         else:
-            table = read_delimited(
-                path, faults, separator=self.separator, decimal=self.decimal
-            )
+            table = read_delimited(path, faults, separator=self.separator, decimal=self.decimal)
         if not table.dated:
             table.columns["time"] = table.columns["time"] / PER_SECOND[self.time_unit]
         return table

@@ -57,7 +57,7 @@ def read_bytes(path: Path, size: int = -1, faults: Faults | None = None) -> byte
                 if not packed:
                     return head
                 return zlib.decompressobj(zlib.MAX_WBITS | 16).decompress(head, size)
-            source = gzip.open(file) if packed else file
+            source = gzip.GzipFile(fileobj=file) if packed else file
             while part := source.read(HEAD):
                 found += part
                 if len(found) > LARGEST:

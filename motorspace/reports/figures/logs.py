@@ -33,12 +33,23 @@ def path_figure(recording: Recording) -> Figure:
     figure = new_figure(6.4, 6)
     axes = figure.add_subplot()
     for (name, path), colour in zip(paths.items(), SERIES, strict=False):
-        axes.plot(*path.T, color=colour, lw=1.2, label=name)
+        axes.plot(path[:, 0], path[:, 1], color=colour, lw=1.2, label=name)
     first = next(iter(paths.values()))
     left_out = np.where(~recording.usable[:, None], first[1:], np.nan)
-    axes.scatter(*left_out.T, s=14, color=SERIES[4], label="left out", zorder=3, linewidths=0)
+    if not recording.usable.all():
+        axes.scatter(
+            left_out[:, 0],
+            left_out[:, 1],
+            s=14,
+            color=SERIES[4],
+            label="left out",
+            zorder=3,
+            linewidths=0,
+        )
     start = first[np.isfinite(first[:, 0])][0]
-    axes.scatter(*start, s=40, color=ink("text"), zorder=4, label="start", linewidths=0)
+    axes.scatter(
+        start[:1], start[1:], s=40, color=ink("text"), zorder=4, label="start", linewidths=0
+    )
     axes.set(aspect="equal", xlabel="x (world units)", ylabel="y (world units)")
     axes.set_title(f"{recording.name}: {len(recording)} scans", wrap=True)
     axes.legend()

@@ -38,7 +38,9 @@ def read_map(path: Path) -> tuple[Layout, list[str]]:
         rows.pop()
     if len(rows) != height:
         raise UserError(
-            f"the map has {len(rows)} rows, and its head says {height}", where=path, remedy="mend it"
+            f"the map has {len(rows)} rows, and its head says {height}",
+            where=path,
+            remedy="correct the head, or copy the map again",
         )
     for number, row in enumerate(rows, start=first):
         wrong = sorted(set(row) - set(SIGNS))

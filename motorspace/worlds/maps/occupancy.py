@@ -110,9 +110,7 @@ def _layout(rim: Polyline, holes: list[Polyline], margin: float, title: str) -> 
     return Layout(title.replace("#", " "), bounds, (), (*outside(rim, bounds), *holes))
 
 
-def outside(
-    rim: Polyline, bounds: tuple[float, float, float, float]
-) -> tuple[Polyline, Polyline]:
+def outside(rim: Polyline, bounds: tuple[float, float, float, float]) -> tuple[Polyline, Polyline]:
     """Two solids, above and below, that fill the bounds around a closed outline.
 
     They part at its leftmost and its rightmost corner, from where nothing of it lies in the way.
@@ -140,4 +138,3 @@ def _placed(ring: Float[np.ndarray, "P 2"], grid: Grid) -> Polyline:
     points = np.stack([x + cos * dx - sin * dy, y + sin * dx + cos * dy], axis=-1)
     found: list[Point] = [(a, b) for a, b in points.round(DIGITS).tolist()]
     return tuple(found)
-

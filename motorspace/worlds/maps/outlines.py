@@ -22,7 +22,7 @@ class Shape(NamedTuple):
     """A line of a drawing, and what it stands for."""
 
     kind: Kind
-    """A wall; a solid, in whose inside nothing stands; the outline, outside of which nothing does."""
+    """A wall; a solid, in whose inside nothing stands; the outline, outside of which it is so."""
     points: Polyline
     closed: bool
     place: str
@@ -55,11 +55,12 @@ def outlined(shapes: list[Shape], title: str, *, where: object) -> Layout:
             remedy="draw it in metres; project degrees to metres first",
         )
     low_x, low_y, high_x, high_y = (round(value, DIGITS) for value in bounds)
+    rounded = (low_x, low_y, high_x, high_y)
     solids = [shape.points for shape in shapes if shape.kind == "solid"]
     for rim in rims:
-        solids += outside(rim.points, (low_x, low_y, high_x, high_y))
+        solids += outside(rim.points, rounded)
     walls = [_line(shape) for shape in shapes if shape.kind == "wall" and len(shape.points) > 1]
-    return Layout(title.replace("#", " "), (low_x, low_y, high_x, high_y), tuple(walls), tuple(solids))
+    return Layout(title.replace("#", " "), rounded, tuple(walls), tuple(solids))
 
 
 def kind_of(word: object, place: str) -> Kind:
@@ -67,7 +68,9 @@ def kind_of(word: object, place: str) -> Kind:
     for kind in KINDS:
         if word == kind:
             return kind
-    raise UserError(f"the kind {str(word)[:40]!r}", where=place, remedy=f"one of {', '.join(KINDS)}")
+    raise UserError(
+        f"the kind {str(word)[:40]!r}", where=place, remedy=f"one of {', '.join(KINDS)}"
+    )
 
 
 def finite(points: Iterable[tuple[float, float]], place: str) -> Polyline:
@@ -100,4 +103,3 @@ def _line(shape: Shape) -> Polyline:
     """The points of a wall, the first one again where it is closed."""
     again = shape.points[:1] if shape.closed and len(shape.points) > 2 else ()
     return (*shape.points, *again)
-

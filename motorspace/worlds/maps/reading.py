@@ -15,7 +15,7 @@ KINDS = {
     "map_server": re.compile(r"^(image|resolution|occupied_thresh)\s*:", re.MULTILINE),
     "moving_ai": re.compile(r"\Atype\s+\w+\s+height\s"),
     "geojson": re.compile(r"\A\s*\{"),
-    "svg": re.compile(r"\A\s*(<\?xml[^>]*>\s*)?(<!--.*?-->\s*)*(<!DOCTYPE svg|<svg|<svg:svg)", re.S),
+    "svg": re.compile(r"\A\s*(<\?xml[^>]*>\s*)?(<!--.*?-->\s*)*<(!DOCTYPE svg|svg)", re.S),
 }
 """The module that reads a map, and how one begins."""
 

@@ -57,7 +57,7 @@ class Drawing:
         name = name.rpartition(":")[2]
         matrix, shown, kind = self._open[-1]
         if len(self._open) > DEEPEST:
-            raise UserError("groups are nested too deep", where=self._place(), remedy="flatten them")
+            raise UserError("groups nest too deep", where=self._place(), remedy="flatten them")
         if "transform" in found:
             matrix = _product(matrix, _transform(found["transform"], self._place()))
         kind = next((k for k in KINDS if k in found.get("class", "").split()), kind)
@@ -199,7 +199,8 @@ def _transform(text: str, place: str) -> Matrix:
                 where=place,
                 remedy="use matrix, translate, scale or rotate",
             )
-        found, at = _product(found, _matrix(match[1], _numbers(match[2], place), place)), match.end()
+        found = _product(found, _matrix(match[1], _numbers(match[2], place), place))
+        at = match.end()
     return found
 
 
