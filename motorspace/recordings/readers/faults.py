@@ -33,9 +33,6 @@ class Faults:
             # The notes are about one file, so its folder says nothing.
             places.append(error.where.rpartition("/")[2])
 
-    def __len__(self) -> int:
-        return self._counts.total()
-
     def notes(self) -> list[str]:
         """A sentence for each kind of fault: how often it was left out, and where first."""
         written = []

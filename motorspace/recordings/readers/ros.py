@@ -2,14 +2,14 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 
 from motorspace._errors import UserError
 from motorspace.recordings.bags import mcap, ros1, sqlite
 from motorspace.recordings.bags.container import Contents
-from motorspace.recordings.bags.files import ENDINGS, messages
+from motorspace.recordings.bags.files import messages
 from motorspace.recordings.bags.messages import Decoder, LaserScan
 from motorspace.recordings.bags.mounting import Mount, beams, mount
 from motorspace.recordings.bags.topics import Streams, Wanted
@@ -28,8 +28,6 @@ class RosReader(LaserReader):
     Metres, radians, seconds. Motor increments are (longitudinal, lateral, rotation). Takes a
     `.bag`, a `.db3`, an `.mcap`, or the folder of a ROS 2 bag.
     """
-
-    endings: ClassVar[tuple[str, ...]] = (".bag", *ENDINGS)
 
     scan_topic: str | None = None
     """Topic of the scans (default: the only one of LaserScan)."""

@@ -1,8 +1,9 @@
 """The text of a file, whatever its compression, encoding and line ends."""
 
-import gzip
+import io
 import math
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 
 from motorspace._errors import UserError
@@ -57,13 +58,12 @@ def read_bytes(path: Path, size: int = -1, faults: Faults | None = None) -> byte
                 if not packed:
                     return head
                 return zlib.decompressobj(zlib.MAX_WBITS | 16).decompress(head, size)
-            source = gzip.GzipFile(fileobj=file) if packed else file
-            while part := source.read(HEAD):
+            for part in _gunzipped(file) if packed else iter(lambda: file.read(HEAD), b""):
                 found += part
                 if len(found) > LARGEST:
                     raise _too_large(path)
     except EOFError:
-        (faults or Faults(skip=False)).add(_cut_off(path, found.count(10)))
+        (Faults(skip=False) if faults is None else faults).add(_cut_off(path, found.count(10)))
     except FileNotFoundError:
         raise UserError("there is no such file", where=path, remedy="check the path") from None
     except IsADirectoryError:
@@ -74,6 +74,19 @@ def read_bytes(path: Path, size: int = -1, faults: Faults | None = None) -> byte
             f"the file cannot be read ({reason})", where=path, remedy="check it, or copy it again"
         ) from None
     return bytes(found)
+
+
+def _gunzipped(file: io.BufferedReader) -> Iterator[bytes]:
+    """The content of a gzip file, part by part. Raises `EOFError` where it is cut off."""
+    stream = zlib.decompressobj(zlib.MAX_WBITS | 16)
+    while packed := file.read(HEAD):
+        while packed:
+            if stream.eof:  # another file follows, as after `cat a.gz b.gz`
+                stream = zlib.decompressobj(zlib.MAX_WBITS | 16)
+            yield stream.decompress(packed, 16 * HEAD)
+            packed = stream.unconsumed_tail or stream.unused_data.lstrip(b"\0")
+    if not stream.eof:
+        raise EOFError
 
 
 def _cut_off(path: Path, lines: int) -> UserError:

@@ -65,7 +65,7 @@ def _paths(recording: Recording) -> dict[str, Float[np.ndarray, "N 2"]]:
             # The frame of the odometry begins anywhere: it is laid on the first known pose.
             row = int(np.argmax(known))
             origin = se2.compose(recording.poses[row, :3], se2.inverse(moved[row]))
-            moved = se2.compose(origin[:, None], moved.T).T
+            moved = se2.compose(np.broadcast_to(origin[:, None], moved.T.shape), moved.T).T
         found["odometry"] = moved[:, :2]
     if known.any() and not _same(found.get("odometry"), recording.poses[:, :2]):
         found["poses of the log"] = recording.poses[:, :2]

@@ -134,8 +134,8 @@ def _described(found: dict[str, tuple[int, str]], where: object) -> Description:
             "image names no file", where=f"{where}, line {found['image'][0]}", remedy="name one"
         )
     negate = found.get("negate", (0, "0"))[1].lower() in ("1", "true", "yes")
-    occupied = number("occupied_thresh", 0, 1, 0.65)
-    free = number("free_thresh", 0, 1, 0.196)
+    occupied = number("occupied_thresh", 0.0, 1.0, 0.65)
+    free = number("free_thresh", 0.0, 1.0, 0.196)
     if free > occupied:
         raise UserError(
             f"free_thresh {free:g} is above occupied_thresh {occupied:g}",

@@ -64,7 +64,7 @@ def _without_pinholes(grid: Grid) -> tuple[Bool[np.ndarray, "H W"], list[str]]:
 
 def _largest_region(
     free: Bool[np.ndarray, "H W"], notes: list[str], where: object
-) -> Bool[np.ndarray, "H W"]:
+) -> Bool[np.ndarray, "H+2 W+2"]:
     """The largest region of free cells that share sides, with a rim of other cells around it."""
     from scipy import ndimage
 
@@ -88,16 +88,36 @@ def _boundaries(
     """The outer boundary of the region and those of its holes, in cells, each point once.
 
     Marching squares: lines run midway between free and other cells and cut corners, so that they
-    neither touch nor cross.
+    neither touch nor cross. Corners between straight pieces are put back.
     """
     import contourpy
 
     lines = contourpy.contour_generator(z=region.astype(np.float32)).lines(0.5)
     # Cells have their middles at half numbers; the rim is one cell wide.
-    rings = [np.asarray(line)[:-1] - 0.5 for line in lines]
+    rings = _with_corners([np.asarray(line)[:-1] - 0.5 for line in lines])
     areas = [abs(area(ring)) for ring in rings]
     outer = int(np.argmax(areas))
     return rings[outer], [ring for index, ring in enumerate(rings) if index != outer]
+
+
+def _with_corners(rings: list[np.ndarray]) -> list[np.ndarray]:
+    """The rings with the corners of cells that were cut off between two straight pieces."""
+    ends = [np.roll(ring, -1, axis=0) for ring in rings]
+    cut = [(ring != end).all(axis=1) for ring, end in zip(rings, ends, strict=True)]
+    # Of the two ends of a cut, one has the corner's x, which is whole, and one its y.
+    corners = [np.where(ring % 1 == 0, ring, end) for ring, end in zip(rings, ends, strict=True)]
+    whole = np.concatenate([c[k] for c, k in zip(corners, cut, strict=True)])
+    found, counts = np.unique(whole, axis=0, return_counts=True)
+    # Where two cuts face each other, both lines would run through the one corner.
+    shared = {(x, y) for x, y in found[counts > 1].tolist()}
+    restored = []
+    for ring, corner, is_cut in zip(rings, corners, cut, strict=True):
+        between = is_cut & ~np.roll(is_cut, 1) & ~np.roll(is_cut, -1)
+        at = [
+            i for i in np.flatnonzero(between).tolist() if tuple(corner[i].tolist()) not in shared
+        ]
+        restored.append(np.insert(ring, [i + 1 for i in at], corner[at], axis=0))
+    return restored
 
 
 def _layout(rim: Polyline, holes: list[Polyline], margin: float, title: str) -> Layout:
