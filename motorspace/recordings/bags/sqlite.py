@@ -25,6 +25,9 @@ from motorspace.recordings.readers.faults import Faults
 MAGIC = b"SQLite format 3\0"
 
 
+BROKEN = (sqlite3.Error, UnicodeDecodeError, OverflowError, MemoryError)
+"""What a broken database raises: the module also fails at the words of its own errors."""
+
 PAGE_SIZE, NUM_PAGES = slice(16, 18), slice(28, 32)
 """Where the head of a database says how large it is, in numbers with the highest byte first."""
 
@@ -76,7 +79,7 @@ def _read(file: Path, path: Path, contents: Contents, faults: Faults) -> Iterato
         connection.text_factory = lambda text: text.decode("utf-8", "replace")
         with closing(connection):
             yield from _messages(connection, path, contents, faults)
-    except sqlite3.Error as error:
+    except BROKEN as error:
         raise _no_bag(path, error) from None
 
 
@@ -106,7 +109,7 @@ def _messages(
                 faults.add(UserError(what, where=f"{where}, topic {name}", remedy=COPY))
                 continue
             yield from _message(Raw(name, kind, encoding, time, data, where), faults)
-    except sqlite3.Error as error:
+    except BROKEN as error:
         faults.add(cut_off(path, 0, f"after message {last}: {error}"))
 
 
@@ -132,7 +135,7 @@ def _message(raw: Raw, faults: Faults) -> Iterator[Raw]:
         faults.add(UserError(f"a message cannot be unpacked ({why})", where=raw.place, remedy=COPY))
 
 
-def _no_bag(path: Path, error: sqlite3.Error) -> UserError:
+def _no_bag(path: Path, error: Exception) -> UserError:
     return UserError(
         f"the database cannot be read as a ROS 2 bag ({error})",
         where=path,
