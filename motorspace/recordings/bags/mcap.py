@@ -46,7 +46,7 @@ def messages(path: Path, contents: Contents, faults: Faults) -> Iterator[Raw]:
             source.skip(len(MAGIC))
             while source.left and not state.closed:
                 start = source.at
-                op, length = source.number(1), source.number(8)
+                op, length = _head(source)
                 if op == CHUNK:
                     yield from _chunk(
                         Source.of(source.up_to(length)), state, f"{path}, byte {start}"
@@ -63,6 +63,14 @@ def messages(path: Path, contents: Contents, faults: Faults) -> Iterator[Raw]:
     if not state.closed:
         faults.add(cut_off(path, size, "its footer is missing"))
     report_count(path, contents, faults)
+
+
+def _head(source: Source) -> tuple[int, int]:
+    """The operation of the next record, and how long it is."""
+    op, length = source.number(1), source.number(8)
+    if op == 0:
+        raise Cut("there are zeros where a record begins")
+    return op, length
 
 
 def _read(op: int, record: Source, state: State, place: str) -> Iterator[Raw]:
@@ -98,7 +106,7 @@ def _chunk(record: Source, state: State, place: str) -> Iterator[Raw]:
             raise Cut("its checksum is wrong")
         chunk = Source.of(content)
         while chunk.left:
-            op, length = chunk.number(1), chunk.number(8)
+            op, length = _head(chunk)
             if op in (SCHEMA, CHANNEL, MESSAGE):
                 yield from _read(op, Source.of(chunk.take(length)), state, place)
             else:

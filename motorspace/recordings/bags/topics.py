@@ -22,6 +22,7 @@ from motorspace.recordings.bags.messages import (
     Located,
     Message,
 )
+from motorspace.recordings.readers.faults import Faults
 from motorspace.recordings.readers.motion import Motion, interpolated
 
 if TYPE_CHECKING:
@@ -61,6 +62,8 @@ class Streams:
 
     path: Path
     contents: Contents
+    faults: Faults
+    """What was left out of the bag."""
     by_topic: dict[str, list[Message]] = field(default_factory=dict)
     """Scans, poses and commands; transforms are in `moving`."""
     frames: dict[tuple[str, str], Located] = field(default_factory=dict)
@@ -141,7 +144,9 @@ class Streams:
         return UserError(
             f"the bag holds no {what}; its topics are {listed or 'none'}",
             where=self.path,
-            remedy="give a bag that has them, or name other topics",
+            remedy="; ".join(
+                ["give a bag that has them, or name other topics", *self.faults.notes()[:2]]
+            ),
         )
 
     def note_unread(self, used: set[str]) -> None:

@@ -77,7 +77,7 @@ class RosReader(LaserReader):
         """All messages of use, by topic."""
         decoder = Decoder()
         wanted = Wanted(self.scan_topic, self.motion_topic, self.truth_topic)
-        streams = Streams(path, Contents(wanted.wants))
+        streams = Streams(path, Contents(wanted.wants), faults)
         for raw in messages(path, streams.contents, faults):
             try:
                 found = decoder.decode(raw)
