@@ -38,8 +38,8 @@ from .judge.judge import calibrate as calibrate
 from .judge.roadmap import Roadmap as Roadmap
 from .judge.store import load_judge as load_judge
 from .judge.store import save_judge as save_judge
-from .judge.walks import Walk as Walk
-from .judge.walks import walk as walk
+from .mapping.walks import Walk as Walk
+from .mapping.walks import walk as walk
 from .models.config import ModelConfig as ModelConfig
 from .models.encoders.base import AbstractMotorEncoder as AbstractMotorEncoder
 from .navigation.config import NavigationConfig as NavigationConfig

@@ -102,6 +102,47 @@ def chain(displacements: Float[Any, "*batch T 3"]) -> Float[Any, "*batch 3"]:
     return xp.stack([x, y, wrap(turn.sum(-1))], axis=-1)
 
 
+def exponential(twist: Float[Any, "*batch 3"]) -> Float[Any, "3 *batch"]:
+    """The displacement after moving with a constant twist (x, y, angle) for a unit of time.
+
+    >>> exponential(np.array([math.pi / 2, 0.0, math.pi / 2])).round(3)
+    array([1.   , 1.   , 1.571])
+    """
+    xp = _namespace(twist)
+    x, y, angle = (twist[..., axis] for axis in range(3))
+    small = xp.abs(angle) < 1e-6
+    along = xp.sinc(angle / math.pi)
+    across = xp.where(small, angle / 2, (1 - xp.cos(angle)) / xp.where(small, 1.0, angle))
+    return _stack(along * x - across * y, across * x + along * y, angle)
+
+
+def logarithm(displacement: Frame) -> Float[Any, "*batch 3"]:
+    """The constant twist that leads to a displacement in a unit of time.
+
+    >>> logarithm(np.array([1.0, 1.0, math.pi / 2])).round(3)
+    array([1.571, 0.   , 1.571])
+    """
+    x, y, angle = displacement
+    xp = _namespace(angle)
+    half = angle / 2
+    small = xp.abs(half) < 1e-6
+    along = xp.where(small, 1.0, half / xp.tan(xp.where(small, 1.0, half)))
+    return xp.stack([along * x + half * y, along * y - half * x, angle], axis=-1)
+
+
+def adjoint(frame: Frame) -> Float[Any, "*batch 3 3"]:
+    """From twists in a frame to the same twists about the origin.
+
+    >>> adjoint(np.array([0.0, 2.0, 0.0])) @ np.array([0.0, 0.0, 1.0])
+    array([2., 0., 1.])
+    """
+    x, y, angle = frame
+    xp = _namespace(angle)
+    cos, sin, zero = xp.cos(angle), xp.sin(angle), xp.zeros_like(x)
+    rows = [[cos, -sin, y], [sin, cos, -x], [zero, zero, zero + 1]]
+    return xp.stack([xp.stack(row, axis=-1) for row in rows], axis=-2)
+
+
 def _stack(*components: Batch) -> Float[Any, "3 *batch"]:
     return _namespace(components[0]).stack(components)
 

@@ -136,6 +136,13 @@ def write_inspection(folder: Path, name: str, described: dict[str, Any], figure:
     from motorspace._files import write_atomically, write_json
     from motorspace.reports.figures.style import png
 
+    made_folder(folder)
+    write_json(folder / DESCRIPTION, described)
+    write_atomically(folder / name, png(figure, dots_per_inch=150))
+
+
+def made_folder(folder: Path) -> None:
+    """Make a folder, if it is not there. Raises `UserError` where that is not possible."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -144,8 +151,6 @@ def write_inspection(folder: Path, name: str, described: dict[str, Any], figure:
             where=folder,
             remedy="choose another folder",
         ) from None
-    write_json(folder / DESCRIPTION, described)
-    write_atomically(folder / name, png(figure, dots_per_inch=150))
 
 
 def _map_figure(layout: "Layout") -> "Figure":

@@ -33,6 +33,8 @@ COMMANDS = {
     "control": Command("control", "plan motor commands that reach a goal"),
     "compare": Command("compare", "show what two or more runs differ in"),
     "navigate": Command("navigate", "train, measure and watch policies that get to goals"),
+    "odometry": Command("odometry", "chain codes along a walk, and score where they lead"),
+    "map": Command("map", "put a walk together from codes and readings, without a pose"),
     "export": Command("export", "write a run's codes, and its network for other programs"),
     "inspect": Command("inspect", "describe a robot's log, or a map"),
     "import": Command("import_data", "write a robot's log as a table, or a map as a layout"),

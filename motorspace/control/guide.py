@@ -13,7 +13,7 @@ from motorspace._types import Code, Key, Motors
 from motorspace.control.controller import Controller
 from motorspace.control.planning import USUAL, Effort, code_target, reach
 from motorspace.judge.judge import Judge
-from motorspace.judge.walls import clearance
+from motorspace.mapping.walls import clearance
 from motorspace.se2 import compose, relative
 
 ANSWERS = 16

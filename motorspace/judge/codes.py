@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from motorspace._types import Key
-from motorspace.judge.calibration import Calibrated
+from motorspace.mapping.calibration import Calibrated
 from motorspace.training.data import simulated
 from motorspace.training.run import Run
 

@@ -10,14 +10,14 @@ from jaxtyping import Array, Bool, Float
 
 from motorspace._errors import UserError
 from motorspace._types import Key
-from motorspace.judge.calibration import Calibrated, calibrate_on
 from motorspace.judge.codes import CodeBook, learn_codes
-from motorspace.judge.mounting import SATURATED, Mounting, find_mounting
-from motorspace.judge.odometry import distilled
 from motorspace.judge.places import Hypotheses, Places
-from motorspace.judge.smoothing import smoothed
-from motorspace.judge.walks import Manner, Walk, joined, walk
-from motorspace.judge.walls import WallMap, map_walls
+from motorspace.mapping.calibration import Calibrated, calibrate_on
+from motorspace.mapping.mounting import SATURATED, Mounting, find_mounting
+from motorspace.mapping.odometry import distilled, random_commands
+from motorspace.mapping.smoothing import smoothed
+from motorspace.mapping.walks import Manner, Walk, joined, walk
+from motorspace.mapping.walls import WallMap, map_walls
 from motorspace.se2 import compose, relative
 from motorspace.training.data import simulated
 from motorspace.training.run import Run
@@ -70,7 +70,7 @@ def calibrate(run: Run, *, key: Key) -> Calibration:
         walk(scenario, num_steps=NUM_STEPS, num_walks=NUM_WALKS, manner=manner, key=walk_key)
         for manner, walk_key in zip(manners, keys, strict=True)
     )
-    learned = distilled(run, key=command_key)
+    learned = distilled(run, random_commands(run, key=command_key))
     nowhere = Mounting(np.zeros(0), np.zeros(2), 0.0)
     frames = Calibrated(learned.odometry, nowhere).frames(slow)
     reach = float(max(run.model.scaling.sensors))

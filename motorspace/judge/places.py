@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 from scipy.spatial import cKDTree
 
 from motorspace._types import Count
-from motorspace.judge.walls import WallMap
+from motorspace.mapping.walls import WallMap
 
 PER_MOMENT = 20
 """Imagined places for each remembered moment."""

@@ -6,7 +6,7 @@ from jaxtyping import Float
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
-from motorspace.judge.walls import WallMap, clearance
+from motorspace.mapping.walls import WallMap, clearance
 
 SPACING, LINK = 0.04, 0.12
 """Between places that are kept, and between those that are joined; shares of the reach."""

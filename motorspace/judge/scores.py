@@ -15,7 +15,7 @@ from motorspace.evaluation.prediction import Metrics
 from motorspace.evaluation.sampling import test_trajectories
 from motorspace.judge.judge import NUM_EXPLORED, Calibration, Judge, calibrate
 from motorspace.judge.places import Hypotheses
-from motorspace.judge.walks import walk
+from motorspace.mapping.walks import walk
 from motorspace.training.config import RunConfig
 from motorspace.training.data import simulated
 from motorspace.training.run import Run, train

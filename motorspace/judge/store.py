@@ -17,11 +17,11 @@ from safetensors.numpy import load, save
 
 from motorspace._errors import UserError
 from motorspace._files import write_atomically, write_json
-from motorspace.judge.calibration import Calibrated
 from motorspace.judge.codes import CodeBook
 from motorspace.judge.judge import Calibration, Judge
-from motorspace.judge.mounting import Mounting
-from motorspace.judge.odometry import Odometry
+from motorspace.mapping.calibration import Calibrated
+from motorspace.mapping.mounting import Mounting
+from motorspace.mapping.odometry import Odometry
 
 FORMAT_VERSION = 1
 DESCRIPTION, ARRAYS = "judge.json", "judge.safetensors"

@@ -16,6 +16,7 @@ ENCODERS: Registry[Any] = Registry(
         "linear": Builtin(f"{_ROOM}.recurrent", "LinearRecurrentEncoder"),
         "attention": Builtin(f"{_ROOM}.attention", "AttentionEncoder"),
         "matrix_product": Builtin(f"{_ROOM}.matrix_product", "MatrixProductEncoder"),
+        "exponential": Builtin(f"{_ROOM}.exponential", "ExponentialEncoder"),
         "sum": Builtin(f"{_ROOM}.baselines", "SumEncoder"),
         "mlp": Builtin(f"{_ROOM}.baselines", "FlatEncoder"),
         "none": Builtin(f"{_ROOM}.baselines", "ConstantEncoder"),
@@ -30,7 +31,8 @@ class ModelConfig:
 
     encoder: str = "lstm"
     """Encoder of the motor sequence: lstm (the paper), gru, linear (a state space), attention,
-    matrix_product (commands as matrices that multiply), sum, mlp, none or identity."""
+    matrix_product (commands as matrices that multiply), exponential (the same with commands that
+    add up in an exponent), sum, mlp, none or identity."""
     hidden_size: int = 100
     """Units of the recurrent layer, or of the encoder's hidden layers."""
     code_size: int = 50

@@ -1,5 +1,7 @@
 """Walks of simulated agents."""
 
+from dataclasses import replace
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -30,8 +32,9 @@ def record(
         scenario: The world, the agent and its sensor.
         num_steps: Commands in a row.
         collision: What happens to a command whose movement crosses a wall. "resample" samples
-            another one; where 30 in a row are refused, the agent only turns, and no transition
-            goes through this step. "block" keeps the command and discards its translation.
+            another one; where 30 in a row are refused, the agent only turns, the walk says so,
+            and no transition goes through this step. "block" keeps the command and discards its
+            translation.
         policy: Commands as a function of a key; uniform in the agent's command space by default.
         key: Source of the start and of the commands.
 
@@ -49,7 +52,10 @@ def record(
     tries = MAX_REFUSALS if collision == "resample" else 1
     keys = jax.random.split(walk_key, num_steps)
     poses, motors, blocked = _walk(scenario, policy, start, keys, tries)
-    usable = ~np.asarray(blocked) if collision == "resample" else np.ones(num_steps, bool)
+    usable = np.ones(num_steps, bool)
+    if collision == "resample":
+        usable = ~np.asarray(blocked)
+        motors = scenario.commands.without_translation(motors.T, blocked).T
     stuck = int((~usable).sum())
     return Recording(
         name=f"simulated {type(scenario.agent).__name__}",
@@ -63,6 +69,24 @@ def record(
         usable=usable,
         notes=(f"the agent was stuck in {stuck} of {num_steps} steps: left out",) * bool(stuck),
     )
+
+
+def with_motor_errors(
+    recording: Recording, *, noise: float = 0.0, bias: float = 0.0, key: Key
+) -> Recording:
+    """The same walk of a body that does not do exactly what it was commanded.
+
+    The body does m (1 + noise N(0, 1)) + bias where m was commanded, in every channel anew: the
+    walk stays as it was, and its commands become those that have led to it.
+
+    Args:
+        recording: A simulated walk.
+        noise: Standard deviation of the relative error of each command.
+        bias: What is added to each command, in its own unit.
+        key: Randomness of the noise.
+    """
+    factor = 1 + noise * np.asarray(jax.random.normal(key, recording.increments.shape))
+    return replace(recording, increments=(recording.increments - bias) / factor)
 
 
 @eqx.filter_jit

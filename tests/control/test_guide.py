@@ -16,7 +16,7 @@ from motorspace.control.trials import moved
 from motorspace.judge.judge import Judge
 from motorspace.judge.places import Hypotheses
 from motorspace.judge.roadmap import Roadmap
-from motorspace.judge.walls import map_walls
+from motorspace.mapping.walls import map_walls
 from motorspace.trajectories.commands import nominal
 from motorspace.worlds.scenario import Scenario
 from tests.control import exact

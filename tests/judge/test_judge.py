@@ -24,7 +24,7 @@ from motorspace.judge import (
 )
 from motorspace.judge.judge import Calibration, Judge
 from motorspace.judge.store import ARRAYS, DESCRIPTION, load_judge, save_judge
-from motorspace.judge.walks import Walk, joined, walk
+from motorspace.mapping.walks import Walk, joined, walk
 from motorspace.worlds.agents import ForwardAgent, HolonomicAgent, LatticeAgent
 from motorspace.worlds.scenario import Scenario
 from motorspace.worlds.sensors.node_index import NodeIndex

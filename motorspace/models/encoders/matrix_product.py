@@ -51,9 +51,9 @@ class MatrixProductEncoder(AbstractMotorEncoder):
         executed = jnp.arange(len(motors)) < num_steps
         matrices = jax.vmap(self._matrix, in_axes=(None, 0))(self.transition, motors)
         matrices = jnp.where(executed[:, None, None], matrices, unit[None])
-        product = functools.reduce(_product, matrices)
+        moved = functools.reduce(product, matrices)
         last = self._matrix(self.readout, motors[num_steps - 1])
-        return _product(product, last)[:-1].reshape(-1)
+        return product(moved, last)[:-1].reshape(-1)
 
     def penalty(self, motors: Float[Array, "N T M"]) -> Scalar:
         """Penalty on commands that are not isometries: mean ||A(m)^T A(m) - 1||_F^2.
@@ -88,11 +88,11 @@ def matrix_size(code_size: int) -> int:
     if size < 2 or size * (size - 1) != code_size:
         raise UserError(
             f"a code of {code_size} units is no matrix",
-            remedy="give the encoder 'matrix_product' a code_size of n (n - 1): 6, 12, 20, 30, ...",
+            remedy="give encoders of matrices a code_size of n (n - 1): 6, 12, 20, 30, ...",
         )
     return size
 
 
-def _product(left: Matrix, right: Matrix) -> Matrix:
+def product(left: Matrix, right: Matrix) -> Matrix:
     """left @ right, as a sum that is compiled into one loop over a batch of small matrices."""
     return jnp.sum(left[:, :, None] * right[None, :, :], axis=1)

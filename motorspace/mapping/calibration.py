@@ -12,11 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
-from motorspace.judge.lines import Lines, fit_lines
-from motorspace.judge.mounting import SATURATED, Mounting
-from motorspace.judge.odometry import Odometry, features
-from motorspace.judge.walks import Walk
-from motorspace.se2 import compose, relative
+from motorspace.mapping.lines import Lines, fit_lines
+from motorspace.mapping.mounting import SATURATED, Mounting
+from motorspace.mapping.odometry import Odometry, features
+from motorspace.mapping.walks import Walk
+from motorspace.se2 import adjoint, compose, relative
 
 
 class Level(NamedTuple):
@@ -137,21 +137,13 @@ def _moved_by(
     A correction turns all that follows it: the sum of Ad(B_t) over the commands so far.
     """
     known = features(motors)
-    steps = np.einsum("tnij,tnf->tnifj", _adjoint(bodies[:, 1:]), known[1:])
+    steps = np.einsum("tnij,tnf->tnifj", adjoint(bodies[:, 1:]), known[1:])
     steps = np.concatenate([np.zeros_like(steps[:1]), np.cumsum(steps, axis=0)])
     shape = (*steps.shape[:3], -1)
     if not has_gaze:
         return steps.reshape(shape)
-    gazes = np.einsum("tnij,tnf->tnifj", _adjoint(frames), known)
+    gazes = np.einsum("tnij,tnf->tnifj", adjoint(frames), known)
     return np.concatenate([steps.reshape(shape), gazes.reshape(shape)], axis=-1)
-
-
-def _adjoint(frames: Float[np.ndarray, "3 *batch"]) -> Float[np.ndarray, "*batch 3 3"]:
-    """From twists in a frame to the same about the origin."""
-    x, y, angle = frames
-    cos, sin, zero = np.cos(angle), np.sin(angle), np.zeros_like(x)
-    rows = [[cos, -sin, y], [sin, cos, -x], [zero, zero, zero + 1]]
-    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
 
 
 def _jacobian(

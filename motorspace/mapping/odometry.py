@@ -12,7 +12,7 @@ from motorspace._errors import UserError
 from motorspace._types import Key
 from motorspace.analysis.standard_form import body_point
 from motorspace.models.model import Model
-from motorspace.se2 import compose, relative
+from motorspace.se2 import compose, exponential, relative
 from motorspace.training.data import simulated
 from motorspace.training.run import Run
 
@@ -106,15 +106,24 @@ class Learned(NamedTuple):
     point: Float[np.ndarray, "2"]
 
 
-def distilled(run: Run, *, key: Key) -> Learned:
+def random_commands(run: Run, *, key: Key) -> Float[np.ndarray, "N M"]:
+    """Commands of the simulated agent that a run has learned from, raw units."""
+    commands = simulated(run.config.data).scenario().commands
+    drawn = jax.vmap(lambda k: commands.sample(key=k))(jax.random.split(key, NUM_COMMANDS))
+    return np.asarray(drawn, np.float64)
+
+
+def distilled(run: Run, motors: Float[np.ndarray, "N M"]) -> Learned:
     """The odometry that a run's encoder has learned, whose codes are products of matrices.
+
+    Args:
+        run: The run.
+        motors: Commands such as the encoder has learned from, raw units.
 
     Raises:
         UserError: For an encoder whose codes are no products of 3 x 3 matrices.
     """
-    commands = simulated(run.config.data).scenario().commands
-    drawn = jax.vmap(lambda k: commands.sample(key=k))(jax.random.split(key, NUM_COMMANDS))
-    matrices = _matrices(run.model, drawn)
+    matrices = _matrices(run.model, jnp.asarray(motors, jnp.float32))
     if matrices is None or matrices[0].shape[-1] != 3:
         raise UserError(
             f"codes of the encoder {run.config.model.encoder!r} are no motions of the plane",
@@ -123,7 +132,7 @@ def distilled(run: Run, *, key: Key) -> Learned:
     transitions, readouts = (np.asarray(part, np.float64) for part in matrices)
     has_gaze = bool(readouts[:, :2, :2].std(axis=0).max() > VARYING)
     end = _constant(readouts, has_gaze)
-    known = features(np.asarray(drawn, np.float64))
+    known = features(motors)
     normal = known.T @ known + RIDGE * np.eye(known.shape[1])
     step, gaze = (
         np.linalg.solve(normal, known.T @ _targets(rigid(product)))
@@ -162,15 +171,6 @@ def rigid(matrices: Float[np.ndarray, "*batch 3 3"]) -> Frames:
     sin = matrices[..., 1, 0] - matrices[..., 0, 1]
     cos = matrices[..., 0, 0] + matrices[..., 1, 1]
     return np.stack([matrices[..., 0, 2], matrices[..., 1, 2], np.arctan2(sin, cos)])
-
-
-def exponential(twist: Float[np.ndarray, "*batch 3"]) -> Frames:
-    """The displacement after moving with a constant twist for a unit of time."""
-    x, y, angle = (twist[..., axis] for axis in range(3))
-    small = np.abs(angle) < 1e-6
-    along = np.sinc(angle / np.pi)
-    across = np.where(small, angle / 2, (1 - np.cos(angle)) / np.where(small, 1.0, angle))
-    return np.stack([along * x - across * y, across * x + along * y, angle])
 
 
 def _targets(frames: Frames) -> Float[np.ndarray, "*batch 4"]:

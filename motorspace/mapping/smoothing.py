@@ -11,8 +11,8 @@ import scipy.sparse as sparse
 from jaxtyping import Float, Int
 from scipy.sparse.linalg import spsolve
 
-from motorspace.judge.lines import fit_lines
-from motorspace.judge.mounting import SATURATED, Mounting
+from motorspace.mapping.lines import fit_lines
+from motorspace.mapping.mounting import SATURATED, Mounting
 from motorspace.se2 import compose, relative
 
 

@@ -1,0 +1,1 @@
+"""Odometry from codes, where the rays point, and maps: learned without a pose."""

@@ -1,0 +1,93 @@
+"""What a robot learns of itself from one walk: how commands move it, where its rays point."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from motorspace._errors import UserError
+from motorspace.mapping.bearings import find_bearings, find_unit
+from motorspace.mapping.mounting import Mounting
+from motorspace.mapping.odometry import Odometry, distilled
+from motorspace.mapping.survey import Scans
+from motorspace.recordings.recording import Recording, chained_per_interval
+from motorspace.se2 import compose, relative
+from motorspace.training.data import Logged, base_of
+from motorspace.training.run import Run
+
+
+@dataclass(frozen=True)
+class Rig:
+    """Odometry of codes, and rays.
+
+    Attributes:
+        odometry: How each command moves the sensors, in the readings' unit.
+        mounting: Where the rays point.
+        per_scan: Whether the commands between two scans count as one.
+    """
+
+    odometry: Odometry
+    mounting: Mounting
+    per_scan: bool
+
+    def scans(self, recording: Recording) -> Scans:
+        """The readings of a walk, and the displacements between them by chained codes."""
+        frames = coded_frames(self.odometry, recording, per_scan=self.per_scan)
+        steps = np.asarray(relative(frames[:, :-1], frames[:, 1:]))
+        return Scans(recording.sensors, steps, self.mounting)
+
+
+def learn_rig(run: Run, recording: Recording) -> Rig:
+    """Learn a robot's odometry and rays from a run's codes and one walk, without a pose.
+
+    Args:
+        run: A run whose codes are products of 3 x 3 matrices (preset best, or the encoder
+            exponential).
+        recording: A walk of the same robot, with readings that are distances along rays.
+
+    Returns:
+        What holds wherever the robot goes.
+
+    Raises:
+        UserError: For another encoder, for commands of another size, and for a walk that hardly
+            turns.
+    """
+    per_scan = commands_per_scan(run)
+    odometry = distilled(run, _commands(recording, per_scan)).odometry
+    frames = coded_frames(odometry, recording, per_scan=per_scan)
+    reach = max(recording.sensor_scale)
+    bearings = find_bearings(frames, recording.sensors, reach=reach)
+    unit, ahead = find_unit(frames, recording.sensors, bearings, reach=reach)
+    mounting = Mounting(bearings - ahead, np.zeros(2), reach)
+    return Rig(odometry.in_unit(unit), mounting, per_scan)
+
+
+def commands_per_scan(run: Run) -> bool:
+    """Whether the run has learned from one command between two scans."""
+    base = base_of(run.config.data)
+    return not isinstance(base, Logged) or base.per_scan
+
+
+def coded_frames(
+    odometry: Odometry, recording: Recording, *, per_scan: bool
+) -> Float[np.ndarray, "3 N"]:
+    """Frames of the sensors along a walk, by chained codes of its commands.
+
+    Args:
+        odometry: How each command moves the sensors.
+        recording: The walk.
+        per_scan: Whether the commands between two scans count as one.
+    """
+    motors = _commands(recording, per_scan)
+    interval = np.arange(len(motors)) if per_scan else recording.interval
+    bodies = odometry.bodies(motors[:, None])[:, :, 0]
+    done = np.searchsorted(interval, np.arange(len(recording)))
+    rest = np.zeros((1, motors.shape[1]))
+    gazes = odometry.gazes(np.concatenate([rest, motors]))
+    return np.asarray(compose(bodies, gazes))[:, done]
+
+
+def _commands(recording: Recording, per_scan: bool) -> Float[np.ndarray, "L M"]:
+    if not len(recording.increments):
+        raise UserError("the walk holds no commands", where=recording.name)
+    return chained_per_interval(recording) if per_scan else recording.increments

@@ -1,0 +1,195 @@
+"""A walk put together from what it has sensed: odometry, matched views, loops, no pose."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from motorspace._errors import UserError
+from motorspace.mapping.bearings import unwrapped
+from motorspace.mapping.loops import Keyframes, far_loops, near_loops
+from motorspace.mapping.matching import mutual
+from motorspace.mapping.motion import Motion, chained, fit_motion
+from motorspace.mapping.mounting import SATURATED, Mounting
+from motorspace.mapping.pose_graph import Edges, joined, optimised
+from motorspace.mapping.search import Window, images
+from motorspace.mapping.views import Views, joined_views, scan_views
+from motorspace.se2 import relative
+
+CORRECTIONS = 2
+"""Rounds in which odometry is corrected by matches of neighbours."""
+GAPS = (1, 2, 3, 5, 8, 12)
+"""Steps between scans that are matched."""
+SPREAD = (0.03, 0.07)
+"""Standard deviations of odometry over a few steps: share of the reach, radians."""
+SHARE = 0.3
+"""Least share of one scan's points on another; they look into different directions."""
+JOINED_SHARE = 0.5
+FEWEST = 20
+"""Matches of neighbours that odometry can be corrected by."""
+KEYFRAME = (0.07, 0.8)
+"""From one keyframe to the next: share of the reach, radians."""
+NUM_JOINED, NUM_POINTS = 600, 128
+"""Readings that are joined to a keyframe's view, and points that are kept of them."""
+NEIGHBOURS = (1, 2, 4)
+"""Keyframes from one to another on the way that are matched."""
+APART = 0.5
+"""Least length of the way around a loop, share of the reach."""
+WIDE = Window(0.7, 0.6)
+PASSES = (0.25, 0.15, 0.1)
+"""How far apart keyframes may be thought to be whose views are matched, one pass after another."""
+CERTAINTY, JOINED_CERTAINTY = 0.1, 0.03
+"""Errors of points on one wall are alike: matches are less certain than if they were not."""
+
+
+class Scans(NamedTuple):
+    """What a walk has sensed, and the odometry between.
+
+    Args:
+        sensors: Readings, [N, K].
+        steps: Displacements of the rays' origin from each moment to the next, by odometry, in
+            the readings' unit, [3, N - 1].
+        mounting: Where the rays point.
+    """
+
+    sensors: Float[np.ndarray, "N K"]
+    steps: Float[np.ndarray, "3 S"]
+    mounting: Mounting
+
+    def views(self) -> Views:
+        """Each scan as points on walls, neighbouring rays side by side."""
+        angles = unwrapped(self.mounting.angles)
+        order = np.argsort(angles)
+        angles, sensors = angles[order], self.sensors[:, order]
+        points = np.stack([sensors * np.cos(angles), sensors * np.sin(angles)], axis=-1)
+        met = sensors < SATURATED * self.mounting.reach
+        return scan_views(points, met, reach=self.mounting.reach)
+
+
+class Survey(NamedTuple):
+    """Where the rays began at every moment of a walk, and what says so.
+
+    Args:
+        poses: [3, N], from the first of them, in the readings' unit.
+        local: Where odometry alone leads, once it is corrected by matches of neighbours, [3, N].
+        motion: What odometry gets wrong, and how uncertain it is.
+        loops: Matches of places that the walk has come back to, between moments.
+    """
+
+    poses: Float[np.ndarray, "3 N"]
+    local: Float[np.ndarray, "3 N"]
+    motion: Motion
+    loops: Edges
+
+
+def survey(scans: Scans) -> Survey:
+    """Put a walk together.
+
+    Args:
+        scans: Readings and odometry.
+
+    Raises:
+        UserError: Where too few neighbouring scans can be matched.
+    """
+    views, reach = scans.views(), scans.mounting.reach
+    motion = _corrected(views, scans.steps, reach)
+    steps = motion.corrected(scans.steps)
+    poses = local = chained(steps)
+    num = len(scans.sensors)
+    odometry = Edges(
+        np.arange(num - 1), np.arange(1, num), steps, np.linalg.inv(motion.covariance(steps))
+    )
+    matched: list[Edges] = []
+    for gap in GAPS:
+        if gap < num:
+            matched.append(_neighbours(views, poses, gap, reach))
+            poses = optimised(odometry, joined(*matched), poses)
+    loops = NO_EDGES
+    for within in (None, *PASSES):
+        keyframes = _keyframes(views, poses, scans)
+        there = poses[:, keyframes.moments]
+        if within is None:
+            seen = images(keyframes.views, reach=reach)
+            found = far_loops(keyframes, seen, there, WIDE, apart=APART * reach)
+        else:
+            found = near_loops(keyframes, there, apart=APART * reach, within=within * reach)
+        loops = found.between(keyframes.moments, JOINED_CERTAINTY)
+        around = _around(keyframes, there)
+        poses = optimised(odometry, joined(*matched, around, loops), poses)
+    final = fit_motion(steps, relative(poses[:, :-1], poses[:, 1:]), reach=reach, correct=False)
+    return Survey(poses, local, motion._replace(variance=final.variance), loops)
+
+
+NO_EDGES = Edges(np.zeros(0, int), np.zeros(0, int), np.zeros((3, 0)), np.zeros((0, 3, 3)))
+
+
+def corrected_odometry(scans: Scans) -> Motion:
+    """What odometry gets wrong along a walk, by matches of neighbouring scans.
+
+    Args:
+        scans: Readings and odometry.
+
+    Raises:
+        UserError: Where too few neighbouring scans can be matched.
+    """
+    return _corrected(scans.views(), scans.steps, scans.mounting.reach)
+
+
+def _corrected(views: Views, steps: Float[np.ndarray, "3 S"], reach: float) -> Motion:
+    """Odometry that agrees with matches of neighbouring scans, on average."""
+    pairs = np.stack([np.arange(steps.shape[1]), np.arange(1, steps.shape[1] + 1)])
+    given = steps
+    for _ in range(CORRECTIONS):
+        rows, matches = mutual(views, pairs, steps, reach=reach, spread=SPREAD, share=SHARE)
+        if len(rows) < FEWEST:
+            raise UserError(
+                f"{len(rows)} of {len(steps[0])} pairs of neighbouring scans can be matched",
+                remedy="give a walk with walls in sight and more rays",
+            )
+        motion = fit_motion(given[:, rows], matches.displacement, reach=reach)
+        steps = motion.corrected(given)
+    return motion
+
+
+def _neighbours(views: Views, poses: Float[np.ndarray, "3 N"], gap: int, reach: float) -> Edges:
+    """Matches of scans so many steps apart."""
+    first = np.arange(poses.shape[1] - gap)
+    pairs = np.stack([first, first + gap])
+    guess = relative(poses[:, first], poses[:, first + gap])
+    rows, matches = mutual(views, pairs, guess, reach=reach, spread=SPREAD, share=SHARE)
+    return Edges.of(pairs[:, rows], matches.displacement, CERTAINTY * matches.information)
+
+
+def _keyframes(views: Views, poses: Float[np.ndarray, "3 N"], scans: Scans) -> Keyframes:
+    """Moments that are some way apart, and what is seen around each."""
+    reach = scans.mounting.reach
+    shift, turn = KEYFRAME
+    moments = [0]
+    for moment in range(1, poses.shape[1]):
+        x, y, angle = relative(poses[:, moments[-1]], poses[:, moment])
+        if np.hypot(x, y) > shift * reach or abs(angle) > turn:
+            moments.append(moment)
+    chosen = np.array(moments)
+    around = max(1, round(NUM_JOINED / (2 * scans.sensors.shape[1])))
+    joint = joined_views(views, poses, chosen, around=around, num_points=NUM_POINTS, reach=reach)
+    way = np.append(0.0, np.cumsum(np.hypot(*np.diff(poses[:2], axis=1))))
+    return Keyframes(chosen, joint, way[chosen], reach)
+
+
+def _around(keyframes: Keyframes, poses: Float[np.ndarray, "3 V"]) -> Edges:
+    """Matches of keyframes that follow one another."""
+    num = len(keyframes.moments)
+    first = np.concatenate([np.arange(num - gap) for gap in NEIGHBOURS if gap < num])
+    second = np.concatenate([np.arange(gap, num) for gap in NEIGHBOURS if gap < num])
+    pairs = np.stack([first, second])
+    guess = relative(poses[:, first], poses[:, second])
+    rows, matches = mutual(
+        keyframes.views,
+        pairs,
+        guess,
+        reach=keyframes.reach,
+        spread=SPREAD,
+        share=JOINED_SHARE,
+    )
+    found = Edges.of(pairs[:, rows], matches.displacement, matches.information)
+    return found.between(keyframes.moments, JOINED_CERTAINTY)
