@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -52,18 +53,18 @@ def add_walk_flags(parser: CommandParser, words: Sequence[str]) -> None:
         help="What the body adds to each command (default: 0).",
     )
     group.add_argument("--seed", type=seed, default=0, metavar="N", help="Seed of the walk.")
-    after_run = _without_first(words)
-    if any(not word.startswith("-") for word in after_run):
-        add_reader_flags(parser, after_run)
+    # Values of flags are no logs; one that does not exist is refused once all flags are known.
+    before = ["", *words]
+    places = [w for flag, w in zip(before, words, strict=False) if not flag.startswith("--")]
+    logs = [word for word in places if not word.startswith("-")][1:]
+    if logs and Path(logs[0]).exists():
+        add_reader_flags(parser, _without(words, places[0]))
 
 
-def _without_first(words: Sequence[str]) -> list[str]:
-    """The words but the first that is no flag: the run."""
-    rest = list(words)
-    for index, word in enumerate(rest):
-        if not word.startswith("-"):
-            return rest[:index] + rest[index + 1 :]
-    return rest
+def _without(words: Sequence[str], word: str) -> list[str]:
+    """The words but one: the run."""
+    index = list(words).index(word)
+    return [*words[:index], *words[index + 1 :]]
 
 
 def walk_of(options: argparse.Namespace, run: "Run") -> "Recording":

@@ -147,7 +147,7 @@ def _assigned(evidence: Float[np.ndarray, "A K K"]) -> Float[np.ndarray, " K"]:
         scores += wanted_by(ray)
     for _ in range(ROUNDS):
         before = places.copy()
-        for ray in rays:
+        for ray in rays.tolist():
             scores -= wanted_by(ray)
             places[ray] = scores[ray].argmax()
             scores += wanted_by(ray)

@@ -15,7 +15,7 @@ from motorspace.mapping.search import Images, Window, search
 from motorspace.mapping.views import Views
 from motorspace.se2 import compose, relative
 
-NUM_NEAR, NUM_FAR, NUM_TRIED = 6, 12, 3
+NUM_NEAR, NUM_FAR, NUM_TRIED = 5, 12, 2
 """Candidates of each keyframe: the nearest; of many, chosen at random; of those the best."""
 SHARE = 0.5
 """Least share of a view's points on the other one."""
@@ -95,7 +95,7 @@ def _at(poses: np.ndarray, pairs: Int[np.ndarray, "2 E"]) -> tuple[np.ndarray, n
     return poses[:, pairs[0]], poses[:, pairs[1]]
 
 
-def _some(pairs: Int[np.ndarray, "2 E"], most: int) -> Int[np.ndarray, "2 E"]:
+def _some(pairs: Int[np.ndarray, "2 E"], most: int) -> Int[np.ndarray, "2 K"]:
     """At most so many pairs for each second keyframe, chosen at random."""
     order = np.random.default_rng(0).permutation(pairs.shape[1])
     return pairs[:, np.sort(_first_of_each(pairs[1], order, most))]

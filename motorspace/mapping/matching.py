@@ -16,10 +16,11 @@ from motorspace._types import Scalar
 from motorspace.mapping.views import FAR, Views
 from motorspace.se2 import inverse, relative
 
-ROUNDS = 16
-GATE_FIRST, GATE_LAST = 0.1, 0.015
-"""How far points may be from their partners, in the first and in the last round: shares of the
-sensors' reach."""
+ROUNDS, FEW_ROUNDS = 10, 4
+"""Steps from a guess; from one that is known to be near."""
+GATE_FIRST, GATE_NEAR, GATE_LAST = 0.1, 0.03, 0.015
+"""How far points may be from their partners: in the first round, in the first of few, and in the
+last round; shares of the sensors' reach."""
 OUTLIER = 0.005
 """How far off a line a point is that counts a quarter, share of the reach."""
 CHUNK_SIZE = 64
@@ -58,6 +59,7 @@ def match(
     *,
     reach: float,
     spread: tuple[float, float],
+    near: bool = False,
 ) -> Matches:
     """Match pairs of views, beginning with a guess of each displacement.
 
@@ -68,6 +70,7 @@ def match(
         reach: The largest reading, which is the unit of all tolerances.
         spread: Standard deviations of the guess, of shifts (shares of the reach) and of turns
             (radians): the guess decides where walls do not.
+        near: Whether the guess is nearly right, so that few steps are enough.
     """
     num = pairs.shape[1]
     size = -(-max(num, 1) // CHUNK_SIZE) * CHUNK_SIZE
@@ -83,6 +86,7 @@ def match(
         jnp.asarray(padded),
         jnp.asarray(start, jnp.float32),
         jnp.asarray([1 / shift, 1 / shift, 1 / turn], jnp.float32),
+        near=near,
     )
     displacement, information, share = (np.asarray(part[:num], np.float64) for part in found)
     return Matches((displacement * scale).T, information / np.outer(scale, scale), share)
@@ -95,19 +99,22 @@ def _matched(
     pairs: Int[Array, "2 E"],
     guess: Float[Array, "E 3"],
     stiffness: Float[Array, "3"],
+    *,
+    near: bool,
 ) -> tuple[Float[Array, "E 3"], Float[Array, "E 3 3"], Float[Array, " E"]]:
     def one(case: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
         a, b, start = case
-        return _match_pair(_Pair(points[a], normals[a], points[b], start), stiffness)
+        return _match_pair(_Pair(points[a], normals[a], points[b], start), stiffness, near=near)
 
     return jax.lax.map(one, (*pairs, guess), batch_size=CHUNK_SIZE)
 
 
 def _match_pair(
-    pair: _Pair, stiffness: Float[Array, "3"]
+    pair: _Pair, stiffness: Float[Array, "3"], *, near: bool
 ) -> tuple[Float[Array, "3"], Float[Array, "3 3"], Scalar]:
     """Gauss-Newton steps with partners that are chosen anew; all lengths in the reach."""
     exists = pair.moving[:, 0] < FAR / 2
+    rounds, first_gate = (FEW_ROUNDS, GATE_NEAR) if near else (ROUNDS, GATE_FIRST)
 
     def partners(pose: Float[Array, "3"]) -> tuple[Array, Array, Array]:
         moved = _placed(pose, pair.moving)
@@ -120,7 +127,7 @@ def _match_pair(
     def equations(pose: Float[Array, "3"], gate: Scalar) -> tuple[Array, Array, Bool[Array, " B"]]:
         off, normal, gap = partners(pose)
         known = exists & (gap < gate) & (jnp.sum(normal**2, axis=-1) > 0)
-        weight = known / (1 + (off / OUTLIER) ** 2) ** 2 / OUTLIER**2
+        weight = jnp.where(known, (1 + (off / OUTLIER) ** 2) ** -2 / OUTLIER**2, 0.0)
         cos, sin = jnp.cos(pose[2]), jnp.sin(pose[2])
         across = jnp.stack(
             [
@@ -136,15 +143,15 @@ def _match_pair(
         return information, jacobian.T @ (weight * jnp.where(known, off, 0.0)), known
 
     def step(index: Array, pose: Float[Array, "3"]) -> Float[Array, "3"]:
-        share = index / (ROUNDS - 1)
-        gate = GATE_FIRST * (GATE_LAST / GATE_FIRST) ** share
+        share = jnp.float32(index) / (rounds - 1)
+        gate = first_gate * (GATE_LAST / first_gate) ** share
         information, downhill, _ = equations(pose, gate)
         back = _within(pose, pair.guess)
         held = jnp.diag(stiffness**2)
         delta = jnp.linalg.solve(information + held, -downhill - held @ back)
         return _composed(pose, delta)
 
-    pose = jax.lax.fori_loop(0, ROUNDS, step, pair.guess)
+    pose = jax.lax.fori_loop(0, rounds, step, pair.guess)
     information, _, known = equations(pose, jnp.float32(GATE_LAST))
     off, _, _ = partners(pose)
     on = known & (jnp.abs(off) < 2 * OUTLIER)
@@ -201,6 +208,7 @@ def mutual(
         np.asarray(inverse(there.displacement)),
         reach=reach,
         spread=spread,
+        near=True,
     )
     x, y, turn = relative(np.asarray(inverse(back.displacement)), there.displacement)
     same = (np.hypot(x, y) < SAME_SHIFT * reach) & (np.abs(turn) < SAME_TURN)

@@ -69,6 +69,16 @@ class Odometry(NamedTuple):
         frames = compose(self.bodies(motors)[:, -1], self.gazes(motors[-1]))
         return relative(self.gazes(np.zeros_like(motors[-1])), frames)
 
+    def mirrored(self) -> "Odometry":
+        """The same as seen in a mirror: left is right."""
+        frame, twist = np.array([1.0, -1.0, 1.0, -1.0]), np.array([1.0, -1.0, -1.0])
+        return self._replace(
+            step=self.step * frame,
+            gaze=self.gaze * frame,
+            step_twist=self.step_twist * twist,
+            gaze_twist=self.gaze_twist * twist,
+        )
+
     def in_unit(self, unit: float) -> "Odometry":
         """The same in another unit of length: `unit` of it are one of before."""
         scale = np.array([unit, unit, 1.0, 1.0])

@@ -57,9 +57,21 @@ def learn_rig(run: Run, recording: Recording) -> Rig:
     frames = coded_frames(odometry, recording, per_scan=per_scan)
     reach = max(recording.sensor_scale)
     bearings = find_bearings(frames, recording.sensors, reach=reach)
+    if clockwise(bearings):
+        odometry, bearings = odometry.mirrored(), -bearings
+        frames = coded_frames(odometry, recording, per_scan=per_scan)
     unit, ahead = find_unit(frames, recording.sensors, bearings, reach=reach)
     mounting = Mounting(bearings - ahead, np.zeros(2), reach)
     return Rig(odometry.in_unit(unit), mounting, per_scan)
+
+
+def clockwise(bearings: Float[np.ndarray, " K"]) -> bool:
+    """Whether most rays lie to the right of the one before.
+
+    Codes and readings are as consistent in a mirror. By convention rays are listed
+    counter-clockwise, as those of lasers are.
+    """
+    return bool(np.median(np.sin(np.diff(bearings))) < 0)
 
 
 def commands_per_scan(run: Run) -> bool:

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Array, Complex, Float, Int
 
 from motorspace.mapping.views import FAR, Views
+from motorspace.se2 import wrap
 
 CELL = 0.08
 """Side of a cell, share of the reach."""
@@ -87,9 +88,9 @@ def search(
 
 @eqx.filter_jit
 def _images(points: Float[Array, "V P 2"]) -> tuple[Array, Array, Array]:
-    near = jnp.arange(-2, 3) / BLUR
+    near = jnp.arange(-2.0, 3.0) / BLUR
     kernel = jnp.exp(-(near[:, None] ** 2 + near[None] ** 2) / 2)
-    turns = jnp.arange(NUM_TURNS) * (2 * jnp.pi / NUM_TURNS)
+    turns = jnp.arange(NUM_TURNS, dtype=jnp.float32) * (2 * jnp.pi / NUM_TURNS)
 
     def image(points: Float[Array, "P 2"]) -> Float[Array, "W W"]:
         cells = jnp.round(points / CELL).astype(jnp.int32) + NUM_CELLS // 2
@@ -124,7 +125,7 @@ def _search(
     limits: Float[Array, "2"],
 ) -> tuple[Float[Array, "E 3"], Float[Array, " E"]]:
     shifts = jnp.fft.fftfreq(2 * NUM_CELLS, 1 / (2 * NUM_CELLS)) * CELL
-    turns = jnp.arange(NUM_TURNS) * (2 * jnp.pi / NUM_TURNS)
+    turns = jnp.arange(NUM_TURNS, dtype=jnp.float32) * (2 * jnp.pi / NUM_TURNS)
 
     def one(case: tuple[Array, Array, Array]) -> tuple[Array, Array]:
         first, second, middle = case
@@ -132,7 +133,7 @@ def _search(
         overlap = jnp.fft.irfft2(product, s=(2 * NUM_CELLS, 2 * NUM_CELLS))
         overlap /= jnp.maximum(seen.num_cells[second], 1.0)[:, None, None]
         away = jnp.hypot(shifts[:, None] - middle[0], shifts[None] - middle[1]) > limits[0]
-        turn = jnp.angle(jnp.exp(1j * (turns - middle[2])))
+        turn = wrap(turns - middle[2])
         outside = away[None] | (jnp.abs(turn) > limits[1])[:, None, None]
         overlap = jnp.where(outside, -1.0, overlap)
         best = jnp.argmax(overlap)

@@ -36,7 +36,7 @@ NEIGHBOURS = (1, 2, 4)
 APART = 0.5
 """Least length of the way around a loop, share of the reach."""
 WIDE = Window(0.7, 0.6)
-PASSES = (0.25, 0.15, 0.1)
+PASSES = (0.25, 0.12)
 """How far apart keyframes may be thought to be whose views are matched, one pass after another."""
 CERTAINTY, JOINED_CERTAINTY = 0.1, 0.03
 """Errors of points on one wall are alike: matches are less certain than if they were not."""

@@ -1,0 +1,153 @@
+"""A walk put together from biased and noisy odometry, and its parts one by one."""
+
+import numpy as np
+import pytest
+
+from motorspace import se2
+from motorspace._errors import UserError
+from motorspace.analysis.paths import absolute_error, coverage, relative_errors
+from motorspace.mapping.bearings import find_bearings, find_unit
+from motorspace.mapping.matching import match
+from motorspace.mapping.motion import chained, chained_covariance, fit_motion
+from motorspace.mapping.occupancy import agreement, grid_around, occupancy
+from motorspace.mapping.pose_graph import Edges, chordal, joined, optimised
+from motorspace.mapping.scores import measure_loops
+from motorspace.mapping.survey import NO_EDGES, Scans, survey
+from tests.mapping.rooms import REACH, mounting, ranges, steps_of, walk
+
+TRUTH = walk()
+RAYS = mounting()
+SENSORS = ranges(TRUTH, RAYS.angles)
+
+
+def badly_known(steps: np.ndarray, seed: int = 0) -> np.ndarray:
+    random = np.random.default_rng(seed)
+    noisy = steps * (1 + 0.05 * random.normal(size=steps.shape))
+    return noisy + np.array([[0.0], [0.0], [0.02]])
+
+
+@pytest.fixture(scope="module")
+def found():
+    return survey(Scans(SENSORS, badly_known(steps_of(TRUTH)), RAYS))
+
+
+def test_a_walk_comes_out_right(found):
+    raw = absolute_error(chained(badly_known(steps_of(TRUTH))), TRUTH)
+    assert raw > 1.0
+    assert absolute_error(found.local, TRUTH) < raw
+    assert absolute_error(found.poses, TRUTH) < 0.1
+
+
+def test_loops_are_found_and_right(found):
+    scores = measure_loops(found.loops, TRUTH, reach=REACH)
+    assert scores["loops.num"] > 20
+    assert scores["loops.precision"] > 0.9
+    assert scores["loops.recall"] > 0.5
+
+
+def test_maps_agree_where_paths_do(found):
+    grid = grid_around(TRUTH, SENSORS, RAYS, cell=0.5)
+    aligned = se2.compose(np.broadcast_to(TRUTH[:, :1], TRUTH.shape), found.poses)
+    lost = se2.compose(
+        np.broadcast_to(TRUTH[:, :1], TRUTH.shape), chained(badly_known(steps_of(TRUTH)))
+    )
+    drawn, bad, true = (
+        occupancy(np.asarray(path), SENSORS, RAYS, cell=0.5, grid=grid)
+        for path in (aligned, lost, TRUTH)
+    )
+    assert agreement(true, true) == 1
+    assert agreement(drawn, true) > 0.6
+    assert agreement(bad, true) < agreement(drawn, true)
+
+
+def test_scans_without_walls_cannot_be_matched():
+    nothing = np.full_like(SENSORS, REACH)
+    with pytest.raises(UserError, match="pairs of neighbouring scans can be matched"):
+        survey(Scans(nothing, steps_of(TRUTH), RAYS))
+
+
+def test_a_match_finds_the_displacement():
+    views = Scans(SENSORS, steps_of(TRUTH), RAYS).views()
+    pairs = np.stack([np.arange(0, 100, 10), np.arange(2, 102, 10)])
+    right = se2.relative(TRUTH[:, pairs[0]], TRUTH[:, pairs[1]])
+    guess = right + np.array([[0.15], [-0.1], [0.05]])
+    found = match(views, pairs, guess, reach=REACH, spread=(0.1, 0.2))
+    x, y, turn = se2.relative(right, found.displacement)
+    assert np.median(np.hypot(x, y)) < 0.02
+    assert np.median(np.abs(turn)) < 0.005
+    assert found.share.min() > 0.3
+
+
+def test_poses_from_a_graph_whose_start_is_nonsense():
+    random = np.random.default_rng(0)
+    num = TRUTH.shape[1]
+    first = np.concatenate([np.arange(num - 1), random.integers(0, num // 2, 60)])
+    second = np.concatenate([np.arange(1, num), random.integers(num // 2, num, 60)])
+    displacement = np.asarray(se2.relative(TRUTH[:, first], TRUTH[:, second]))
+    edges = Edges(first, second, displacement, np.broadcast_to(np.eye(3) * 1e4, (len(first), 3, 3)))
+    should = se2.relative(np.broadcast_to(TRUTH[:, :1], TRUTH.shape), TRUTH)
+    start = chordal(edges, num)
+    np.testing.assert_allclose(start[:2], np.asarray(should)[:2], atol=1e-5)
+    off = start + 0.1 * random.normal(size=start.shape) * (np.arange(num) > 0)
+    np.testing.assert_allclose(optimised(edges, NO_EDGES, off)[:2], start[:2], atol=1e-5)
+
+
+def test_a_wrong_loop_is_not_believed():
+    num = TRUTH.shape[1]
+    steps = steps_of(TRUTH)
+    odometry = Edges(
+        np.arange(num - 1),
+        np.arange(1, num),
+        steps,
+        np.broadcast_to(np.eye(3) * 1e4, (num - 1, 3, 3)),
+    )
+    wrong = Edges(
+        np.array([3]), np.array([90]), np.array([[5.0], [4.0], [2.0]]), np.eye(3)[None] * 1e3
+    )
+    poses = optimised(odometry, wrong, chained(steps))
+    assert absolute_error(poses, TRUTH) < 0.2
+    assert len(joined(odometry, wrong).first) == num
+
+
+@pytest.fixture(scope="module")
+def turning():
+    """A walk that turns a lot, with rays in an order of their own, and odometry in its own unit."""
+    random = np.random.default_rng(0)
+    poses = walk(600)
+    poses[2] += random.uniform(-0.8, 0.8, poses.shape[1])
+    order = random.permutation(31)
+    angles = mounting(31).angles[order]
+    frames = poses * np.array([[0.25], [0.25], [1.0]])
+    return frames, ranges(poses, angles), angles
+
+
+def test_votes_show_where_rays_point(turning):
+    frames, sensors, angles = turning
+    bearings = find_bearings(frames, sensors, reach=REACH)
+    unit, ahead = find_unit(frames, sensors, bearings, reach=REACH)
+    off = np.angle(np.exp(1j * (bearings - ahead - angles)))
+    assert np.std(off) < np.deg2rad(3)
+    assert abs(np.mean(off)) < np.deg2rad(15)  # matching corrects what is left
+    assert unit == pytest.approx(4, rel=0.25)
+
+
+def test_a_walk_that_never_turns_shows_nothing(turning):
+    _, sensors, _ = turning
+    straight = np.stack([np.arange(len(sensors)), *np.zeros((2, len(sensors)))]).astype(float)
+    with pytest.raises(UserError, match="turns on the spot only"):
+        find_bearings(straight, sensors, reach=REACH)
+
+
+def test_covariance_holds_what_it_says():
+    random = np.random.default_rng(0)
+    num = 4000
+    true = np.stack([random.uniform(0, 1, num), np.zeros(num), random.uniform(-1, 1, num)])
+    noise = np.stack([0.05 * true[0], np.full(num, 0.02), 0.05 * np.abs(true[2])])
+    said = true + noise * random.normal(size=true.shape) + np.array([[0.0], [0.0], [0.02]])
+    motion = fit_motion(said[:, :2000], true[:, :2000], reach=REACH)
+    steps = motion.corrected(said[:, 2000:])
+    errors = relative_errors(chained(steps), chained(true[:, 2000:]), gap=12)
+    claimed = chained_covariance(steps, motion.covariance(steps), gap=12)
+    covered = coverage(errors, claimed)
+    assert covered[0.68] == pytest.approx(0.68, abs=0.06)
+    assert covered[0.95] == pytest.approx(0.95, abs=0.04)
