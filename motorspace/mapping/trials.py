@@ -1,0 +1,73 @@
+"""Simulated walks that nobody has seen before, and how well they are put together."""
+
+import time
+
+import jax
+import numpy as np
+from jaxtyping import Float
+
+from motorspace._types import Key
+from motorspace.mapping.calibration import Calibrated
+from motorspace.mapping.motion import chained
+from motorspace.mapping.odometry import Odometry
+from motorspace.mapping.rig import clockwise, coded_frames, learn_rig
+from motorspace.mapping.scores import Scores, measure_path, measure_survey
+from motorspace.mapping.survey import survey
+from motorspace.recordings.record import record, with_motor_errors
+from motorspace.recordings.recording import Recording
+from motorspace.training.data import simulated
+from motorspace.training.run import Run
+from motorspace.worlds.scenario import Scenario
+from motorspace.worlds.sensors.range_fan import RangeFan
+
+NUM_STEPS = 1000
+NUM_BEAMS = 61
+NOISE, BIAS = 0.05, 0.02
+"""Relative error of each command, and what the body adds to it, in the command's own unit."""
+
+
+def unseen_walk(
+    run: Run, world: str, *, noise: float = 0.0, bias: float = 0.0, key: Key
+) -> Recording:
+    """A walk of a run's agent through a world, with many rays and motors that may be wrong."""
+    agent = simulated(run.config.data).scenario().agent
+    walk_key, noise_key = jax.random.split(key)
+    scenario = Scenario(world, agent, RangeFan(num_rays=NUM_BEAMS))
+    walk = record(scenario, num_steps=NUM_STEPS, key=walk_key)
+    return with_motor_errors(walk, noise=noise, bias=bias, key=noise_key)
+
+
+def truth_of(walk: Recording) -> Float[np.ndarray, "3 N"]:
+    """The true frames of the sensors along a simulated walk."""
+    x, y, heading, head = walk.poses.T
+    return np.stack([x, y, heading + head])
+
+
+def measure_chained(odometry: Odometry, walk: Recording) -> Scores:
+    """Errors of chained codes along a walk, in the readings' unit."""
+    frames = coded_frames(odometry, walk, per_scan=True)
+    return measure_path(frames, truth_of(walk))
+
+
+def measure_calibrated(body: Calibrated, walk: Recording) -> Scores:
+    """Errors of a body's calibrated odometry along a walk."""
+    odometry = body.odometry
+    if clockwise(body.mounting.angles):
+        odometry = odometry.mirrored()
+    return measure_chained(odometry, walk)
+
+
+def measure_mapping(run: Run, walk: Recording) -> dict[str, Scores]:
+    """Learn odometry and rays from a walk, put it together, and measure all of it.
+
+    Returns:
+        {path: {measure: value}}; seconds of computing time under "with loops".
+    """
+    began = time.process_time()
+    scans = learn_rig(run, walk).scans(walk)
+    found = survey(scans)
+    seconds = time.process_time() - began
+    paths = {"chained": chained(scans.steps), "corrected": found.local, "with loops": found.poses}
+    scores = measure_survey(scans, found, paths, truth_of(walk))
+    scores["with loops"]["seconds"] = seconds
+    return scores
