@@ -95,6 +95,7 @@ PARTS = {
     "seconds": ("with loops", "seconds"),
 }
 """What is kept of a map's scores: of which path, by which key."""
+SHORT = ("still", "raw", "corrected", "ate", "iou")
 
 
 def _mapped(run: "Run") -> dict[str, float]:
