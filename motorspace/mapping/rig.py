@@ -61,8 +61,10 @@ def learn_rig(run: Run, recording: Recording) -> Rig:
         odometry, bearings = odometry.mirrored(), -bearings
         frames = coded_frames(odometry, recording, per_scan=per_scan)
     unit, ahead = find_unit(frames, recording.sensors, bearings, reach=reach)
-    mounting = Mounting(bearings - ahead, np.zeros(2), reach)
-    return Rig(odometry.in_unit(unit), mounting, per_scan)
+    # Any direction may be called straight ahead: by convention it is the middle of the view.
+    middle = (bearings.min() + bearings.max()) / 2
+    mounting = Mounting(bearings - middle, np.zeros(2), reach)
+    return Rig(odometry.turned(middle - ahead).in_unit(unit), mounting, per_scan)
 
 
 def clockwise(bearings: Float[np.ndarray, " K"]) -> bool:

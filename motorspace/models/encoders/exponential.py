@@ -34,7 +34,7 @@ class ExponentialEncoder(AbstractMotorEncoder):
     def __init__(self, motor_size: int, hidden_size: int, code_size: int, *, key: Key) -> None:
         del hidden_size
         self.size = matrix_size(code_size)
-        rows = jax.random.normal(key, (motor_size, self.size - 1, self.size))
+        rows = INITIAL_SIZE * jax.random.normal(key, (motor_size, self.size - 1, self.size))
         linear = rows[..., :-1]
         # Generators of rigid motions: exponentials of others grow with every command.
         turning = (linear - jnp.swapaxes(linear, -1, -2)) / 2
@@ -57,6 +57,11 @@ class ExponentialEncoder(AbstractMotorEncoder):
     def _matrix(self, motor: Motor) -> Matrix:
         rows = jnp.tensordot(motor, self.generators, axes=1)
         return exponential(jnp.zeros((self.size, self.size)).at[:-1].set(rows))
+
+
+INITIAL_SIZE = 0.1
+"""Standard deviation of initial generators: commands of a log have unit variance, and move little
+from one scan to the next."""
 
 
 def exponential(matrix: Matrix) -> Matrix:
