@@ -85,10 +85,19 @@ def _finite(value: Any) -> Any:
 
 
 def file_hash(path: Path) -> str:
-    """SHA-256 of a log's content. Raises `UserError` if it cannot be read."""
+    """SHA-256 of a log's content, or of all files in a folder. Raises `UserError` if it fails."""
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
+        if not path.is_dir():
+            return _digest(path)
+        parts = sorted(part for part in path.iterdir() if part.is_file())
+        listed = "".join(f"{_digest(part)} {part.name}\n" for part in parts)
+        return hashlib.sha256(listed.encode()).hexdigest()
     except OSError as error:
         raise UserError(
             f"the log cannot be read ({error.strerror})", where=path, remedy="check the path"
         ) from None
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

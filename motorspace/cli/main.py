@@ -34,7 +34,8 @@ COMMANDS = {
     "compare": Command("compare", "show what two or more runs differ in"),
     "navigate": Command("navigate", "train, measure and watch policies that get to goals"),
     "export": Command("export", "write a run's codes, and its network for other programs"),
-    "inspect": Command("inspect", "describe a robot's log"),
+    "inspect": Command("inspect", "describe a robot's log, or a map"),
+    "import": Command("import_data", "write a robot's log as a table, or a map as a layout"),
     "reproduce": Command(
         "reproduce", "run the paper's experiments and the studies beyond them", AGAIN
     ),

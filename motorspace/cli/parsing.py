@@ -183,7 +183,7 @@ def _metavar(parameter: Parameter) -> str:
 
 def _help(parameter: Parameter) -> str:
     value = parameter.default
-    if parameter.in_pi:
+    if parameter.in_pi and value is not None:
         value = round(value / math.pi, 6)
     unit = " In units of pi." if parameter.in_pi else ""
     default = (

@@ -18,13 +18,14 @@ READERS: Registry[Any] = Registry(
         "carmen": Builtin(f"{_ROOM}.carmen", "CarmenReader", light=True),
         "wean": Builtin(f"{_ROOM}.wean", "WeanReader", light=True),
         "table": Builtin(f"{_ROOM}.table", "TableReader", light=True),
+        "encoders": Builtin(f"{_ROOM}.encoders", "EncoderReader", light=True),
+        "ros": Builtin(f"{_ROOM}.ros", "RosReader", light=True),
     },
 )
 
 FOREIGN = {
-    b"#ROSBAG": "a ROS bag",
-    b"SQLite format 3": "a ROS 2 bag or another SQLite database",
-    b"\x89MCAP": "an MCAP file",
+    b"#ROSBAG": "a ROS bag of version 1",
+    b"\x28\xb5\x2f\xfd": "packed with zstd",
     b"\x89HDF": "an HDF5 file",
     b"PK\x03\x04": "a zip archive (.zip, .xlsx, .npz)",
     b"BZh": "packed with bzip2",
@@ -38,19 +39,24 @@ def reader_for(path: Path | str) -> str:
     """The kind of the reader for a file: by its content, else by its ending.
 
     Args:
-        path: The file. Readers of one's own are asked first.
+        path: The file, or the folder of a ROS 2 bag. Readers of one's own are asked first.
 
     Raises:
         UserError: The file is missing, damaged, empty or of no known format.
     """
     path = Path(path)
-    head = read_bytes(path, HEAD)
+    file = path
+    if path.is_dir():
+        from motorspace.recordings.bags.files import first_file
+
+        file = first_file(path) or path
+    head = read_bytes(file, HEAD)
     if not head.strip():
         raise UserError("the file is empty", where=path, remedy="check how it was written")
     # Readers of one's own first: they may know a dialect of ours better.
     kinds = READERS.names[::-1]
     for kind in kinds:
-        if READERS.class_of(kind).recognises(path.name, head):
+        if READERS.class_of(kind).recognises(file.name, head):
             return kind
     name = path.name.lower().removesuffix(".gz")
     for kind in kinds:

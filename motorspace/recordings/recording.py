@@ -36,6 +36,8 @@ class Recording:
     """Whether increments are (longitudinal, lateral, rotation) in the robot's own frame."""
     usable: Bool[np.ndarray, " N-1"]
     """Whether transitions may go from scan i to scan i + 1."""
+    judged: bool = False
+    """Whether the rules that leave intervals out have been applied already."""
     notes: tuple[str, ...] = ()
     """What a person should know before learning from it, a sentence each."""
 
@@ -93,6 +95,7 @@ def describe(recording: Recording) -> dict[str, Any]:
         "name": recording.name,
         "scans": len(recording),
         "duration in seconds": float(np.nansum(seconds)),
+        **_described_clock(recording),
         "sensors per scan": recording.sensors.shape[1],
         "sensor range": [float(recording.sensors.min()), float(recording.sensors.max())],
         "share of sensors at their limit": float(at_limit.mean()),
@@ -103,6 +106,28 @@ def describe(recording: Recording) -> dict[str, Any]:
         "intervals left out": int((~recording.usable).sum()),
     }
     return described | _described_path(recording) | {"notes": list(recording.notes)}
+
+
+def _described_clock(recording: Recording) -> dict[str, float]:
+    """Rate and longest gap, where time goes on."""
+    seconds = np.diff(recording.time)
+    seconds = seconds[np.isfinite(seconds) & (seconds > 0)]
+    if not len(seconds):
+        return {}
+    return {
+        "scans per second (median)": float(1 / np.median(seconds)),
+        "longest time between scans in seconds": float(seconds.max()),
+    }
+
+
+def path_by_increments(recording: Recording) -> Float[np.ndarray, "N 3"]:
+    """Where the planar increments alone lead, scan by scan: x, y, angle from (0, 0, 0) on."""
+    steps = chained_per_interval(recording)
+    before = np.concatenate([[0.0], np.cumsum(steps[:, 2])])
+    cos, sin = np.cos(before[:-1]), np.sin(before[:-1])
+    dx, dy, _ = steps.T
+    moved = np.stack([cos * dx - sin * dy, sin * dx + cos * dy], axis=-1)
+    return np.column_stack([np.concatenate([[[0.0, 0.0]], np.cumsum(moved, axis=0)]), before])
 
 
 def _rounded(values: Float[np.ndarray, "L M"], of: Any) -> list[float]:

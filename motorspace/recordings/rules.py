@@ -60,7 +60,7 @@ def leave_out(
         notes.append(
             f"left out: {left.sum()} of {len(left)} intervals between scans: " + ", ".join(reasons)
         )
-    return replace(recording, usable=~left, notes=tuple(notes))
+    return replace(recording, usable=~left, notes=tuple(notes), judged=True)
 
 
 def refuse_overflow(recording: Recording, *, where: object) -> None:

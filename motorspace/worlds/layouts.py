@@ -134,10 +134,10 @@ class NamedWorld:
 
 
 def layout(name: str | Path) -> "WalledWorld":
-    """Return the world of a bundled layout, of a layout file, or of random rooms (`rooms:SEED`).
+    """Return the world of a bundled layout, of a layout file, of a map, or of random rooms.
 
     Args:
-        name: One of `layout_names()`, the path of a file, or `"rooms:SEED"`.
+        name: One of `layout_names()`, the path of a layout or a map, or `"rooms:SEED"`.
 
     Raises:
         UserError: For an unknown name or a broken file.
@@ -169,6 +169,11 @@ def load_layout(name: str | Path) -> Layout:
         )
     known = named.argument in layout_names()
     path = BUNDLED / f"{named.argument}.layout" if known else Path(str(named.argument))
+    if not known:
+        from motorspace.worlds.maps.reading import kind_of_map, read_map
+
+        if kind := kind_of_map(path):
+            return read_map(path, kind)[0]
     return parse_layout(_text_in(path), where=str(named.argument))
 
 

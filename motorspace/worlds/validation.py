@@ -53,7 +53,7 @@ def check_layout(
         _check_outline(corners, place("solid", index))
     polygons = [np.subtract(corners, bounds[:2]) for corners in solids]
     _check_overlaps(polygons, place)
-    _check_free_area(bounds, walls, solids, sum((abs(_area(p)) for p in polygons), 0.0), place)
+    _check_freearea(bounds, walls, solids, sum((abs(area(p)) for p in polygons), 0.0), place)
 
 
 def number(value: float) -> str:
@@ -149,7 +149,7 @@ def _check_overlaps(polygons: Sequence[np.ndarray], place: Place) -> None:
                 )
 
 
-def _check_free_area(
+def _check_freearea(
     bounds: Bounds,
     walls: Sequence[Polyline],
     solids: Sequence[Polyline],
@@ -188,12 +188,12 @@ def _point(point: Point) -> str:
     return f"({number(point[0])}, {number(point[1])})"
 
 
-def _cross(a: Float[np.ndarray, "*P 2"], b: Points) -> Float[np.ndarray, " P"]:
+def _cross(a: Float[np.ndarray, "*Q 2"], b: Points) -> Float[np.ndarray, " P"]:
     """Cross products of vectors in the plane, one by one or all with the same."""
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def _area(polygon: Points) -> float:
+def area(polygon: Points) -> float:
     """Enclosed area; positive when the corners run counter-clockwise."""
     return float(_cross(polygon, np.roll(polygon, -1, axis=0)).sum() / 2)
 
@@ -209,16 +209,16 @@ def _meeting_edges(polygon: Points) -> tuple[int, int] | None:
         if turned_back[i]:
             return i, (i + 1) % num
         others = np.arange(i + 2, num - (i == 0))
-        met = _meet(polygon[i], end[i], polygon[others], end[others])
+        met = meet(polygon[i], end[i], polygon[others], end[others])
         if met.any():
             return i, int(others[np.argmax(met)])
     return None
 
 
-def _meet(
-    a: Float[np.ndarray, "2"], b: Float[np.ndarray, "2"], c: Points, d: Points
+def meet(
+    a: Float[np.ndarray, "*P 2"], b: Float[np.ndarray, "*P 2"], c: Points, d: Points
 ) -> Bool[np.ndarray, " P"]:
-    """Whether the segment from `a` to `b` has a point in common with those from `c` to `d`."""
+    """Whether segments from `a` to `b`, or the only one, meet those from `c` to `d`."""
     one_side = _cross(b - a, c - a) * _cross(b - a, d - a) > 0
     other_side = _cross(d - c, a - c) * _cross(d - c, b - c) > 0
     boxes = (np.minimum(a, b) <= np.maximum(c, d)) & (np.minimum(c, d) <= np.maximum(a, b))
@@ -230,8 +230,13 @@ def _enters(polygon: Points, other: Float[np.ndarray, "Q 2"]) -> bool:
 
     Each edge is cut where it meets the other polygon: a piece is then all inside or all outside.
     """
-    inward = np.sign(_area(polygon))
-    for a, b in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+    inward = np.sign(area(polygon))
+    end = np.roll(polygon, -1, axis=0)
+    # Where an edge is beside all of the other polygon, so is its rim.
+    low, high = other.min(axis=0) - RESOLUTION, other.max(axis=0) + RESOLUTION
+    near = (np.minimum(polygon, end) < high) & (np.maximum(polygon, end) > low)
+    for index in np.flatnonzero(near.all(axis=1)):
+        a, b = polygon[index], end[index]
         along, length = b - a, np.linalg.norm(b - a)
         cuts = np.unique([0.0, 1.0, *_cuts(a, along, other)])
         pieces = np.diff(cuts) * length > RESOLUTION

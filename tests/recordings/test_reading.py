@@ -78,8 +78,8 @@ def test_wean_rows_are_centimetres(tmp_path):
 
 
 FOREIGN = {
-    b"SQLite format 3\0": "it is a ROS 2 bag",
-    b"#ROSBAG V2.0\n": "it is a ROS bag",
+    b"#ROSBAG V1.2\n": "it is a ROS bag of version 1",
+    b"\x28\xb5\x2f\xfd": "it is packed with zstd",
     b"PK\x03\x04": "it is a zip archive",
     b"hello world\n": "it begins with 'hello world'",
     b"\n\n  ": "the file is empty",

@@ -57,6 +57,8 @@ class AbstractReader(abc.ABC):
         """
         recording = self.parse(Path(path))
         refuse_overflow(recording, where=path)
+        if recording.judged and self.max_gap is None and self.max_jump is None:
+            return recording
         return leave_out(recording, max_gap=self.max_gap, max_jump=self.max_jump, clock=self.clock)
 
 

@@ -9,7 +9,8 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from motorspace._errors import UserError
-from motorspace.recordings.readers.lasers import NOWHERE, LaserReader, Log, Odometry, Place, Scan
+from motorspace.recordings.readers.faults import Faults
+from motorspace.recordings.readers.lasers import NOWHERE, FramedReader, Log, Odometry, Place, Scan
 from motorspace.recordings.readers.ranges import Beams
 from motorspace.recordings.readers.text import finite, is_number, numbers, read_text
 
@@ -39,7 +40,7 @@ range, accuracy, remission mode, number of beams."""
 
 
 @dataclass(frozen=True)
-class CarmenReader(LaserReader):
+class CarmenReader(FramedReader):
     """Reads CARMEN logs: `ODOM` rows, and `FLASER`, `ROBOTLASER1` or `RAWLASER1` rows of scans.
 
     Metres, radians, seconds. Motor increments are (longitudinal, lateral, rotation).
@@ -58,9 +59,9 @@ class CarmenReader(LaserReader):
         lines = head.decode("latin-1").removeprefix("\xef\xbb\xbf").splitlines()
         return any(words[0] in WORDS for line in lines if len(words := line.split(maxsplit=2)) > 1)
 
-    def parse_rows(self, path: Path) -> Log:
+    def parse_rows(self, path: Path, faults: Faults) -> Log:
         """The odometry and the scans of one laser."""
-        lines = [line.split() for line in read_text(path).splitlines()]
+        lines = [line.split() for line in read_text(path, faults).splitlines()]
         counts = Counter(words[0] for words in lines if words and not words[0].startswith("#"))
         kind = self._kind(counts, path)
         rows: list[Odometry | Scan] = []
@@ -74,10 +75,11 @@ class CarmenReader(LaserReader):
                 rows.append(
                     _odometry(words, place) if words[0] == "ODOM" else self._scan(words, place)
                 )
-            except UserError:
-                if number < last or len(rows) < 2:
-                    raise
-                notes.append(f"line {number + 1}, the last one, is cut off: left out")
+            except UserError as error:
+                if number == last and len(rows) > 1:
+                    notes.append(f"line {number + 1}, the last one, is cut off: left out")
+                else:
+                    faults.add(error)
         ignored = [(n, word) for word, n in counts.items() if word not in ("ODOM", kind)]
         if ignored:
             found = ", ".join(f"{n} {word}" for n, word in sorted(ignored, reverse=True)[:8])

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from motorspace._errors import UserError
+from motorspace.recordings.readers.about import About
 
 POSE = ("x", "y", "theta")
 
@@ -37,6 +38,7 @@ class Table(NamedTuple):
     notes: list[str]
     dated: bool
     """Whether time stands as dates, so that its unit is known to be the second."""
+    about: About = About()
 
 
 def plain_name(name: str) -> str:

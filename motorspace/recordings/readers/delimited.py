@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from motorspace._errors import UserError
+from motorspace.recordings.readers.about import about_in
 from motorspace.recordings.readers.columns import (
     DECIMAL_COMMA,
     MISSING,
@@ -21,6 +22,7 @@ from motorspace.recordings.readers.columns import (
     value,
     with_point,
 )
+from motorspace.recordings.readers.faults import Faults
 from motorspace.recordings.readers.text import read_text
 
 Separator = Literal["auto", "comma", "semicolon", "tab", "bar", "space"]
@@ -38,18 +40,19 @@ class Header(NamedTuple):
     """Plain names, as many as there are columns."""
 
 
-def read_delimited(path: Path, *, separator: Separator, decimal: Decimal) -> Table:
+def read_delimited(path: Path, faults: Faults, *, separator: Separator, decimal: Decimal) -> Table:
     """The table in a text file.
 
-    Raises `UserError` naming the line that is broken.
+    A row that is broken goes to `faults`; if these go on, it has no values, so that no transition
+    crosses it. Raises `UserError` for all other faults.
     """
-    lines = read_text(path).splitlines()
+    lines = read_text(path, faults).splitlines()
     header = find_header(lines, separator)
     if header is None:
         raise UserError("the table is empty", where=path, remedy="begin with a row of names")
     check_names(header.names, where=path)
     notes: list[str] = []
-    rows, numbers = _rows(lines, header, notes, where=path)
+    rows, numbers = _rows(lines, header, notes, faults, where=path)
     used = [index for index, name in enumerate(header.names) if is_used(name)]
     if rows and (units := _units(rows[0], used)):
         notes.append(f"line {numbers[0]} holds units ({units})")
@@ -59,10 +62,10 @@ def read_delimited(path: Path, *, separator: Separator, decimal: Decimal) -> Tab
     columns = {}
     for index in used:
         words = [row[index] for row in rows]
-        columns[header.names[index]] = _numbers(words, header.names[index], comma, places)
+        columns[header.names[index]] = _numbers(words, header.names[index], comma, places, faults)
     ignored = [name or "without a name" for name in header.names if not is_used(name)]
     dated = any(seconds(row[index]) is not None for row in rows[:1] for index in used)
-    return Table(columns, ignored, places, notes, dated)
+    return Table(columns, ignored, places, notes, dated, about_in(lines, where=path))
 
 
 def find_header(lines: list[str], separator: Separator = "auto") -> Header | None:
@@ -99,7 +102,7 @@ def _split(line: str, sign: str) -> list[str]:
 
 
 def _rows(
-    lines: list[str], header: Header, notes: list[str], *, where: object
+    lines: list[str], header: Header, notes: list[str], faults: Faults, *, where: object
 ) -> tuple[list[list[str]], list[int]]:
     """The rows with a cell for every column, and their line numbers."""
     rows: list[list[str]] = []
@@ -107,7 +110,7 @@ def _rows(
     repeated = 0
     num = len(header.names)
     last = max(index for index, line in enumerate(lines) if line.strip()) + 1
-    for number, cells in _cells(lines, header, where=where):
+    for number, cells in _cells(lines, header, faults, where=where):
         if not any(cell.strip() for cell in cells) or cells[0].lstrip().startswith("#"):
             continue
         again = plain_name(cells[0]) == header.names[0]
@@ -120,7 +123,8 @@ def _rows(
             notes.append(f"line {number}, the last one, is cut off: left out")
             continue
         if len(cells) != num:
-            raise _ragged(len(cells), header, f"{where}, line {number}")
+            faults.add(_ragged(len(cells), header, f"{where}, line {number}"))
+            cells = [""] * num
         rows.append(cells)
         numbers.append(number)
     if repeated:
@@ -128,7 +132,9 @@ def _rows(
     return rows, numbers
 
 
-def _cells(lines: list[str], header: Header, *, where: object) -> Iterator[tuple[int, list[str]]]:
+def _cells(
+    lines: list[str], header: Header, faults: Faults, *, where: object
+) -> Iterator[tuple[int, list[str]]]:
     """The line number and the cells of every row after the header."""
     below = header.line + 1
     if header.separator == " ":
@@ -142,11 +148,12 @@ def _cells(lines: list[str], header: Header, *, where: object) -> Iterator[tuple
         for cells in reader:
             yield below + reader.line_num, cells
     except csv.Error as error:
-        raise UserError(
-            f"the row cannot be split ({error})",
+        broken = UserError(
+            f"the row cannot be split ({error}), so the rest of the table is lost",
             where=f"{where}, line {below + reader.line_num}",
             remedy="check its quotes",
-        ) from None
+        )
+        faults.add(broken)
 
 
 def _ragged(found: int, header: Header, place: str) -> UserError:
@@ -189,7 +196,7 @@ def _decimal_comma(
 
 
 def _numbers(
-    words: list[str], name: str, comma: bool, places: list[str]
+    words: list[str], name: str, comma: bool, places: list[str], faults: Faults
 ) -> Float[np.ndarray, " N"]:
     """The numbers in a column, NaN where one is missing."""
     try:
@@ -197,8 +204,13 @@ def _numbers(
             return np.array(words, np.str_).astype(np.float64)
     except ValueError:  # a cell that is empty, grouped, a date, or wrong
         pass
-    cells = zip(words, places, strict=True)
-    return np.array([_number(word, name, comma, place) for word, place in cells], np.float64)
+    found = np.full(len(words), np.nan)
+    for index, (word, place) in enumerate(zip(words, places, strict=True)):
+        try:
+            found[index] = _number(word, name, comma, place)
+        except UserError as error:
+            faults.add(error)
+    return found
 
 
 def _number(word: str, name: str, comma: bool, place: str) -> float:

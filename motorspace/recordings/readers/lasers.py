@@ -8,16 +8,18 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from motorspace import se2
 from motorspace._errors import UserError
 from motorspace.recordings.readers.base import AbstractReader
+from motorspace.recordings.readers.faults import Faults
 from motorspace.recordings.readers.odometry import (
     Frame,
     Increments,
     Track,
     across_scans,
+    in_order,
     is_one_frame,
     within_scans,
 )
@@ -63,6 +65,8 @@ class Log(NamedTuple):
 
     rows: list[Odometry | Scan]
     notes: list[str]
+    gaps: tuple[tuple[float, float], ...] = ()
+    """From when to when the motion is unknown: no transition goes through it."""
 
 
 @dataclass(frozen=True)
@@ -78,9 +82,8 @@ class LaserReader(AbstractReader):
     invalid: Invalid = "max_range"
     """Readings below 0 or not a number: max_range takes them as no return, leave_out leaves out
     the transitions of their scans, refuse refuses the log."""
-    odometry: Frame = "auto"
-    """raw: all poses are in one frame, that of the odometry; corrected: the frame starts anew at
-    every scan; auto: as the data say."""
+    skip_bad: bool = False
+    """Leave broken rows and messages out and count them, instead of refusing the log."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -88,12 +91,17 @@ class LaserReader(AbstractReader):
             raise UserError(f"num_rays must be at least 1, got {self.num_rays}")
 
     @abc.abstractmethod
-    def parse_rows(self, path: Path) -> Log:
-        """The rows of the file. Raises `UserError` naming the line that is broken."""
+    def parse_rows(self, path: Path, faults: Faults) -> Log:
+        """The rows of the file, in order of time, each with its pose by odometry.
+
+        Faults go to `faults`, which raises `UserError` for them or counts them.
+        """
 
     def parse(self, path: Path) -> Recording:
         """The scans and raw odometry increments. World units, radians, seconds."""
-        rows, notes = self.parse_rows(path)
+        faults = Faults(self.skip_bad)
+        rows, notes, gaps = self.parse_rows(path, faults)
+        notes = [*notes, *faults.notes()]
         scans = [row for row in rows if isinstance(row, Scan)]
         if len(scans) < 2:
             raise UserError(
@@ -117,7 +125,7 @@ class LaserReader(AbstractReader):
             poses=np.concatenate([poses, np.zeros((len(poses), 1))], axis=1),
             sensor_scale=(sensed.limit,) * self.num_rays,
             planar=True,
-            usable=~(refused[:-1] | refused[1:]),
+            usable=~(refused[:-1] | refused[1:] | _within(gaps, time, notes)),
             notes=(*notes, *sensed.notes),
         )
 
@@ -145,24 +153,33 @@ class LaserReader(AbstractReader):
         where: object,
     ) -> tuple[Increments, Float[np.ndarray, "N 3"]]:
         """The raw increments, and the true poses as far as they are known."""
-        scans = [row for row in rows if isinstance(row, Scan)]
-        is_scan = np.array([isinstance(row, Scan) for row in rows])
-        times = np.array([row.time for row in rows])
-        times[is_scan] = time
-        own = [row.odometry if isinstance(row, Scan) else row.pose for row in rows]
-        track = Track(np.array(own, float), times, is_scan)
-        poses = np.array([scan.pose for scan in scans], float)
-        independent = _independent(track.pose[is_scan], poses)
-        if self._is_raw(track, independent):
-            if is_scan.all() and np.isnan(track.pose).any():
+        track, poses = _track(rows, time)
+        return _raw(in_order(track), poses, track, notes)
+
+
+@dataclass(frozen=True)
+class FramedReader(LaserReader):
+    """Reads logs whose poses may be raw or corrected, and whose scans may stand late."""
+
+    odometry: Frame = "auto"
+    """raw: all poses are in one frame, that of the odometry; corrected: the frame starts anew at
+    every scan; auto: as the data say."""
+
+    def _motion(
+        self,
+        rows: list[Odometry | Scan],
+        time: Float[np.ndarray, " N"],
+        notes: list[str],
+        *,
+        where: object,
+    ) -> tuple[Increments, Float[np.ndarray, "N 3"]]:
+        track, poses = _track(rows, time)
+        if self._is_raw(track, poses):
+            if track.scan.all() and np.isnan(track.pose).any():
                 raise UserError(
                     "scans have no poses, and there is no odometry", where=where, remedy=NEEDS
                 )
-            increments, by_odometry = across_scans(track)
-            if not independent:
-                notes.append("raw odometry; true poses are unknown, the odometry stands for them")
-            known = independent or np.isfinite(poses).all()
-            return increments, poses if known else by_odometry
+            return _raw(across_scans(track), poses, track, notes)
         increments = within_scans(track)
         if not len(increments.values):
             raise UserError(
@@ -173,12 +190,56 @@ class LaserReader(AbstractReader):
         notes.append("corrected log; increments are taken between scans, never across one")
         return increments, poses
 
-    def _is_raw(self, track: Track, independent: bool) -> bool:
+    def _is_raw(self, track: Track, poses: Float[np.ndarray, "N 3"]) -> bool:
         if self.odometry != "auto":
             return self.odometry == "raw"
         if track.scan.all():
-            return independent
+            return _independent(track.pose, poses)
         return is_one_frame(track)
+
+
+def _track(
+    rows: list[Odometry | Scan], time: Float[np.ndarray, " N"]
+) -> tuple[Track, Float[np.ndarray, "N 3"]]:
+    """The rows as arrays, and the scans' own poses."""
+    is_scan = np.array([isinstance(row, Scan) for row in rows])
+    times = np.array([row.time for row in rows])
+    times[is_scan] = time
+    own = [row.odometry if isinstance(row, Scan) else row.pose for row in rows]
+    poses = [row.pose for row in rows if isinstance(row, Scan)]
+    return Track(np.array(own, float), times, is_scan), np.array(poses, float)
+
+
+def _raw(
+    moved: tuple[Increments, Float[np.ndarray, "N 3"]],
+    poses: Float[np.ndarray, "N 3"],
+    track: Track,
+    notes: list[str],
+) -> tuple[Increments, Float[np.ndarray, "N 3"]]:
+    """Increments of raw odometry; its poses stand for the true ones where these are unknown."""
+    increments, by_odometry = moved
+    independent = _independent(track.pose[track.scan], poses)
+    if not independent:
+        notes.append("raw odometry; true poses are unknown, the odometry stands for them")
+    known = independent or np.isfinite(poses).all()
+    return increments, poses if known else by_odometry
+
+
+def _within(
+    gaps: tuple[tuple[float, float], ...], time: Float[np.ndarray, " N"], notes: list[str]
+) -> Bool[np.ndarray, " N-1"]:
+    """The intervals between scans that share time with one of the gaps."""
+    found = np.zeros(len(time) - 1, bool)
+    gaps = tuple((start, end) for start, end in gaps if start < time[-1] and end > time[0])
+    for start, end in gaps:
+        found |= (time[:-1] < end) & (time[1:] > start)
+    if gaps:
+        longest = max(end - start for start, end in gaps)
+        notes.append(
+            f"the odometry is missing {len(gaps)} times, for up to {longest:.6g} s: "
+            f"{found.sum()} intervals between scans are left out"
+        )
+    return found
 
 
 def _independent(odometry: Float[np.ndarray, "N 3"], poses: Float[np.ndarray, "N 3"]) -> bool:

@@ -66,7 +66,16 @@ def across_scans(track: Track) -> tuple[Increments, Float[np.ndarray, "N 3"]]:
         unknown = track.scan
     if unknown.any():
         pose[unknown] = _interpolated(track)[unknown[track.scan]]
-    chain, scan = pose[order], track.scan[order]
+    return _chained(pose[order], track.scan[order]), pose[track.scan]
+
+
+def in_order(track: Track) -> tuple[Increments, Float[np.ndarray, "N 3"]]:
+    """Differences along rows that are in order and have all their poses; the scans' poses."""
+    return _chained(track.pose, track.scan), track.pose[track.scan]
+
+
+def _chained(chain: Float[np.ndarray, "E 3"], scan: Bool[np.ndarray, " E"]) -> Increments:
+    """The movements from the first scan to the last, row by row."""
     first, last = np.flatnonzero(scan)[[0, -1]]
     interval = np.cumsum(scan)[first:last] - 1
     values = se2.relative(chain[first:last].T, chain[first + 1 : last + 1].T).T
@@ -75,7 +84,7 @@ def across_scans(track: Track) -> tuple[Increments, Float[np.ndarray, "N 3"]]:
     repeats = at_scan & (values == 0).all(axis=1)
     standing = np.bincount(interval, ~repeats)[interval] == 0
     kept = ~repeats | (standing & scan[first:last])
-    return Increments(values[kept], interval[kept]), pose[track.scan]
+    return Increments(values[kept], interval[kept])
 
 
 def is_one_frame(track: Track) -> bool:

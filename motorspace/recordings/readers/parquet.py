@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from motorspace._errors import UserError
+from motorspace.recordings.readers.about import KEY, About, read_about
 from motorspace.recordings.readers.columns import (
     Table,
     check_names,
@@ -16,6 +17,9 @@ from motorspace.recordings.readers.columns import (
     value,
 )
 
+LARGEST = 4 * 2**30
+"""Bytes of the largest table, unpacked."""
+
 PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 
 
@@ -24,21 +28,7 @@ def read_parquet(path: Path) -> Table:
 
     Raises `UserError` for a file that is damaged, and for columns that hold no numbers.
     """
-    try:
-        import pyarrow
-        from pyarrow import parquet
-    except ImportError:
-        raise UserError(
-            "Parquet files need pyarrow", where=path, remedy="pip install 'motorspace[table]'"
-        ) from None
-    try:
-        table = parquet.read_table(path)
-    except (pyarrow.ArrowException, OSError, ValueError) as error:
-        raise UserError(
-            f"the Parquet file cannot be read ({str(error).splitlines()[0]})",
-            where=path,
-            remedy="write it again",
-        ) from None
+    table = _opened(path)
     check_names([plain_name(name) for name in table.column_names], where=path)
     columns: dict[str, Float[np.ndarray, " N"]] = {}
     ignored: list[str] = []
@@ -50,7 +40,34 @@ def read_parquet(path: Path) -> Table:
             continue
         columns |= _read(name, column, notes, where=path)
     places = [f"{path}, row {row}" for row in range(table.num_rows)]
-    return Table(columns, ignored, places, notes, any(note.startswith("time ") for note in notes))
+    dated = any(note.startswith("time ") for note in notes)
+    described = (table.schema.metadata or {}).get(KEY.encode())
+    about = read_about(described.decode(), where=path) if described else About()
+    return Table(columns, ignored, places, notes, dated, about)
+
+
+def _opened(path: Path) -> Any:
+    """The whole table, after a look at how large it claims to be."""
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError:
+        raise UserError(
+            "Parquet files need pyarrow", where=path, remedy="pip install 'motorspace[table]'"
+        ) from None
+    try:
+        with parquet.ParquetFile(path) as file:
+            groups = (file.metadata.row_group(i) for i in range(file.metadata.num_row_groups))
+            if sum(group.total_byte_size for group in groups) <= LARGEST:
+                return file.read()
+    except (pyarrow.ArrowException, OSError, ValueError, MemoryError) as error:
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise UserError(
+            f"the Parquet file cannot be read ({reason})", where=path, remedy="write it again"
+        ) from None
+    raise UserError(
+        f"the table is larger than {LARGEST // 2**30} GiB", where=path, remedy="cut it into parts"
+    )
 
 
 def _read(

@@ -20,11 +20,14 @@ from motorspace.recordings.readers.delimited import (
     find_header,
     read_delimited,
 )
+from motorspace.recordings.readers.faults import Faults
 from motorspace.recordings.readers.parquet import PER_SECOND, read_parquet
 from motorspace.recordings.readers.text import read_bytes
 from motorspace.recordings.recording import Recording
 
 PARQUET = b"PAR1"
+
+TimeUnit = Literal["s", "ms", "us", "ns"]
 
 
 @dataclass(frozen=True)
@@ -41,7 +44,7 @@ class TableReader(AbstractReader):
     """What stands between the cells of a text table."""
     decimal: Decimal = "auto"
     """The decimal sign of a text table."""
-    time_unit: Literal["s", "ms", "us", "ns"] = "s"
+    time_unit: TimeUnit = "s"
     """Unit of the column time, where it holds plain numbers."""
     max_range: float | None = None
     """Readings at or beyond it mean no return and become it (default: only infinite ones, which
@@ -49,6 +52,8 @@ class TableReader(AbstractReader):
     missing: Literal["leave_out", "refuse"] = "leave_out"
     """Rows that lack a motor or a sensor: leave out the transitions that need them, or refuse the
     table."""
+    skip_bad: bool = False
+    """Take broken rows and cells as missing and count them, instead of refusing the table."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -65,7 +70,8 @@ class TableReader(AbstractReader):
 
     def parse(self, path: Path) -> Recording:
         """The readings of every row, and the motors between them."""
-        table = self._table(path)
+        faults = Faults(self.skip_bad)
+        table = self._table(path, faults)
         motors = [name for name in table.columns if name.startswith("motor")]
         sensors = [name for name in table.columns if name.startswith("sensor")]
         if len(table.places) < 2:
@@ -74,7 +80,8 @@ class TableReader(AbstractReader):
                 where=path,
                 remedy="at least two are needed",
             )
-        notes = list(table.notes)
+        table.about.check(len(motors), len(sensors), where=path)
+        notes = [*table.notes, *faults.notes()]
         if table.ignored:
             notes.append(f"columns that are not read: {', '.join(table.ignored)}")
         executed = self._complete(table, motors, slice(0, -1), notes)
@@ -82,7 +89,8 @@ class TableReader(AbstractReader):
         self._no_return(table, sensors, notes)
         sensed = self._complete(table, sensors, slice(None), notes)
         readings = np.stack([_filled(table.columns[name]) for name in sensors], axis=-1)
-        scale = np.abs(readings).max(axis=0)
+        largest = np.abs(readings).max(axis=0)
+        scale = np.maximum(largest, table.about.sensor_scale or 0.0)
         return Recording(
             name=path.name,
             time=table.columns["time"],
@@ -91,16 +99,17 @@ class TableReader(AbstractReader):
             interval=np.flatnonzero(executed),
             poses=_poses(table, notes),
             sensor_scale=tuple(float(s) if s > 0 else 1.0 for s in scale),
-            planar=False,
+            planar=table.about.planar,
+            judged=table.about.judged,
             usable=executed & sensed[:-1] & sensed[1:],
             notes=tuple(notes),
         )
 
-    def _table(self, path: Path) -> Table:
+    def _table(self, path: Path, faults: Faults) -> Table:
         if read_bytes(path, len(PARQUET)) == PARQUET:
             table = read_parquet(path)
         else:
-            table = read_delimited(path, separator=self.separator, decimal=self.decimal)
+            table = read_delimited(path, faults, separator=self.separator, decimal=self.decimal)
         if not table.dated:
             table.columns["time"] = table.columns["time"] / PER_SECOND[self.time_unit]
         return table

@@ -1,27 +1,36 @@
 """The text of a file, whatever its compression, encoding and line ends."""
 
-import gzip
+import io
 import math
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 
 from motorspace._errors import UserError
+from motorspace.recordings.readers.faults import Faults
 
 GZIP = b"\x1f\x8b"
 HEAD = 65_536
 """Bytes that a reader sees to recognise its format."""
 
+LARGEST = 256 * 2**20
+"""Bytes of the largest text that is read. Its numbers take about ten times as many."""
+
 UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 
 
-def read_text(path: Path) -> str:
+def read_text(path: Path, faults: Faults | None = None) -> str:
     """The whole text, decompressed and decoded.
 
     UTF-8 and UTF-16 with or without a byte order mark where there is one, else Latin-1.
 
-    Raises `UserError` for a file that is missing, empty, damaged or not text.
+    Args:
+        path: The file.
+        faults: Takes a gzip file that is cut off, of which the first part is read.
+
+    Raises `UserError` for a file that is missing, empty, damaged, too large or not text.
     """
-    content = read_bytes(path)
+    content = read_bytes(path, faults=faults)
     if not content.strip():
         raise UserError("the file is empty", where=path, remedy="check how it was written")
     if content.startswith(UTF_16):
@@ -34,29 +43,27 @@ def read_text(path: Path) -> str:
         return content.decode("latin-1").removeprefix("\xef\xbb\xbf")
 
 
-def read_bytes(path: Path, size: int = -1) -> bytes:
+def read_bytes(path: Path, size: int = -1, faults: Faults | None = None) -> bytes:
     """The first `size` bytes of a file, all of them by default, decompressed if it is gzip.
 
-    Raises `UserError` for a file that is missing or damaged.
+    Raises `UserError` for a file that is missing, damaged or too large to be read whole.
     """
     found = bytearray()
     try:
         with path.open("rb") as file:
             packed = file.read(2) == GZIP
             file.seek(0)
-            if not packed:
-                return file.read(size)
             if size >= 0:
-                return zlib.decompressobj(zlib.MAX_WBITS | 16).decompress(file.read(size), size)
-            with gzip.open(file) as unpacked:
-                while part := unpacked.read(HEAD):
-                    found += part
+                head = file.read(size)
+                if not packed:
+                    return head
+                return zlib.decompressobj(zlib.MAX_WBITS | 16).decompress(head, size)
+            for part in _gunzipped(file) if packed else iter(lambda: file.read(HEAD), b""):
+                found += part
+                if len(found) > LARGEST:
+                    raise _too_large(path)
     except EOFError:
-        raise UserError(
-            "the gzip file is cut off",
-            where=f"{path}, after line {found.count(10)}",
-            remedy="copy it again",
-        ) from None
+        (Faults(skip=False) if faults is None else faults).add(_cut_off(path, found.count(10)))
     except FileNotFoundError:
         raise UserError("there is no such file", where=path, remedy="check the path") from None
     except IsADirectoryError:
@@ -67,6 +74,33 @@ def read_bytes(path: Path, size: int = -1) -> bytes:
             f"the file cannot be read ({reason})", where=path, remedy="check it, or copy it again"
         ) from None
     return bytes(found)
+
+
+def _gunzipped(file: io.BufferedReader) -> Iterator[bytes]:
+    """The content of a gzip file, part by part. Raises `EOFError` where it is cut off."""
+    stream = zlib.decompressobj(zlib.MAX_WBITS | 16)
+    while packed := file.read(HEAD):
+        while packed:
+            if stream.eof:  # another file follows, as after `cat a.gz b.gz`
+                stream = zlib.decompressobj(zlib.MAX_WBITS | 16)
+            yield stream.decompress(packed, 16 * HEAD)
+            packed = stream.unconsumed_tail or stream.unused_data.lstrip(b"\0")
+    if not stream.eof:
+        raise EOFError
+
+
+def _cut_off(path: Path, lines: int) -> UserError:
+    return UserError(
+        "the gzip file is cut off", where=f"{path}, after line {lines}", remedy="copy it again"
+    )
+
+
+def _too_large(path: Path) -> UserError:
+    return UserError(
+        f"the text is larger than {LARGEST // 2**20} MiB",
+        where=path,
+        remedy="cut it into parts, or export it as Parquet",
+    )
 
 
 def numbers(words: list[str], place: str) -> list[float]:

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from motorspace._errors import UserError
-from motorspace.recordings.readers.lasers import LaserReader, Log, Odometry, Place, Scan
+from motorspace.recordings.readers.faults import Faults
+from motorspace.recordings.readers.lasers import FramedReader, Log, Odometry, Place, Scan
 from motorspace.recordings.readers.ranges import Beams
 from motorspace.recordings.readers.text import finite, numbers, read_text
 
@@ -19,7 +20,7 @@ ROW = re.compile(rb"^[LO]([ \t]+[-+.\deE]+){4}", re.MULTILINE)
 
 
 @dataclass(frozen=True)
-class WeanReader(LaserReader):
+class WeanReader(FramedReader):
     """Reads `O x y theta t` and `L x y theta x y theta ranges t` rows, in centimetres.
 
     The second pose of an `L` row is that of the laser, which sees 180 degrees. Recordings are in
@@ -31,13 +32,17 @@ class WeanReader(LaserReader):
         """Whether a line begins with O or L and four numbers."""
         return ROW.search(head) is not None
 
-    def parse_rows(self, path: Path) -> Log:
+    def parse_rows(self, path: Path, faults: Faults) -> Log:
         """The odometry and the scans."""
         rows: list[Odometry | Scan] = []
-        for number, line in enumerate(read_text(path).splitlines(), start=1):
+        for number, line in enumerate(read_text(path, faults).splitlines(), start=1):
             words = line.split()
-            if words and words[0] in ("L", "O"):
+            if not words or words[0] not in ("L", "O"):
+                continue
+            try:
                 rows.append(_row(words, f"{path}, line {number}"))
+            except UserError as error:
+                faults.add(error)
         return Log(rows, [])
 
 

@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
 from motorspace._types import Pose
 from motorspace.reports.figures.style import SERIES, ink, new_figure, styled
+from motorspace.worlds.layouts import Layout
 from motorspace.worlds.sensors.base import AbstractSensor
 from motorspace.worlds.world import AbstractWorld
 
@@ -35,6 +36,25 @@ def world_figure(
         x, y, gaze = float(pose.x), float(pose.y), float(pose.gaze)
         axes.scatter([x], [y], s=55, color=SERIES[0], zorder=4, linewidths=0)
         axes.plot([x, x + np.cos(gaze)], [y, y + np.sin(gaze)], color=ink("text"), zorder=5)
+    return figure
+
+
+@styled
+def layout_figure(layout: Layout) -> Figure:
+    """Returns a picture of a layout: walls, and in colour what nothing stands in.
+
+    Args:
+        layout: The layout; no world is built of it.
+    """
+    x_low, y_low, x_high, y_high = layout.bounds
+    height = 8 * min(max((y_high - y_low) / (x_high - x_low), 0.4), 2.0)
+    figure = new_figure(8, height)
+    axes = figure.add_subplot()
+    axes.add_collection(
+        PolyCollection([np.array(s) for s in layout.solids], facecolors=ink("pane"), linewidths=0)
+    )
+    axes.add_collection(LineCollection(layout.segments()[0], colors=ink("text"), linewidths=0.8))
+    axes.set(xlim=(x_low, x_high), ylim=(y_low, y_high), aspect="equal", title=layout.title)
     return figure
 
 

@@ -1,0 +1,1 @@
+"""What ROS bags are made of: containers of messages, and the messages of robots."""

@@ -1,0 +1,86 @@
+"""What a table says of itself beside its columns: a comment of a text, a key of a Parquet file.
+
+The comment is `# motorspace: {"planar": true, "sensor_scale": [10.0, 10.0], "judged": true}`.
+"""
+
+import json
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from motorspace._errors import UserError
+
+KEY = "motorspace"
+PREFIX = f"# {KEY}:"
+LONGEST = 1_000_000
+"""Signs of the longest description that is read."""
+
+
+@dataclass(frozen=True)
+class About:
+    """What the columns of a table alone do not say."""
+
+    planar: bool = False
+    """Whether the motors are increments (longitudinal, lateral, rotation)."""
+    sensor_scale: tuple[float, ...] | None = None
+    """Largest magnitude of each sensor; None stands for the largest in its column."""
+    judged: bool = False
+    """Whether what is no transition is left out already."""
+
+    def text(self) -> str:
+        """The description as JSON; `read_about` gives it back."""
+        return json.dumps({name: value for name, value in vars(self).items() if value is not None})
+
+    def check(self, motors: int, sensors: int, *, where: object) -> None:
+        """Raise `UserError` unless it fits so many columns."""
+        scales = sensors if self.sensor_scale is None else len(self.sensor_scale)
+        if (self.planar and motors != 3) or scales != sensors:
+            raise _wrong(f"it does not fit {motors} motor and {sensors} sensor columns", where)
+
+
+def about_in(lines: Iterable[str], *, where: object) -> About:
+    """The description in the comments at the head of a text table."""
+    for line in lines:
+        if not line.startswith("#"):
+            break
+        if line.startswith(PREFIX):
+            return read_about(line.removeprefix(PREFIX), where=where)
+    return About()
+
+
+def read_about(text: str, *, where: object) -> About:
+    """The description that `About.text` wrote. Raises `UserError` for another one."""
+    try:
+        found = json.loads(text) if len(text) <= LONGEST else None
+    except (ValueError, RecursionError):
+        found = None
+    if not isinstance(found, dict):
+        raise _wrong("it is no JSON object", where)
+    if unknown := found.keys() - {"planar", "sensor_scale", "judged"}:
+        raise _wrong(f"it names {', '.join(sorted(unknown))}", where)
+    planar, judged = found.get("planar", False), found.get("judged", False)
+    if not isinstance(planar, bool) or not isinstance(judged, bool):
+        raise _wrong("planar and judged are true or false", where)
+    return About(planar, _scales(found.get("sensor_scale"), where), judged)
+
+
+def _scales(value: Any, where: object) -> tuple[float, ...] | None:
+    if value is None:
+        return None
+    if not isinstance(value, list) or not all(map(_is_scale, value)):
+        raise _wrong("sensor_scale is a list of numbers above 0", where)
+    return tuple(map(float, value))
+
+
+def _is_scale(value: Any) -> bool:
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return number and 0 < value < math.inf
+
+
+def _wrong(why: str, where: object) -> UserError:
+    return UserError(
+        f"the line that begins with {PREFIX!r} cannot be read ({why})",
+        where=where,
+        remedy="correct it or leave it out",
+    )

@@ -1,0 +1,1 @@
+"""Maps of buildings as layouts: occupancy grids and outlines."""
