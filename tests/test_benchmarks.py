@@ -85,6 +85,7 @@ def test_a_point_of_a_scaling_curve_is_measured_and_drawn():
     assert [len(panel.lines) for panel in panels] == [2, 1, 1, 1] * 2 + [1] * 8
 
 
+@pytest.mark.slow
 def test_an_update_is_measured_for_each_of_its_samples():
     sizes = {"hidden_size": 4, "code_size": 2, "width_size": 8}
     config = changed(scaling.FORWARD, {"horizon": 1, "layout": "empty"} | sizes)

@@ -55,6 +55,7 @@ def test_both_networks_and_the_oracle_learn_the_same_task():
     assert {c.training.seed for c in (best, paper, oracle)} == {3}
 
 
+@pytest.mark.slow
 def test_the_page_of_finished_runs(tmp_path, monkeypatch):
     config = changed(RunConfig(Simulated(), preset="best"), TINY)
     oracle = changed(

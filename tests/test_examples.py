@@ -62,7 +62,7 @@ def log(tmp_path):
     return path
 
 
-LONG = ("first_steps", "own_classes", "find_a_place")
+LONG = ("first_steps", "own_classes", "find_a_place", "reach_a_goal")
 """Those that train for long; what they show is tested in smaller pieces as well."""
 
 
@@ -93,6 +93,7 @@ def test_two_wheels_turn_and_roll_along_an_arc(my_robot):
     np.testing.assert_allclose(abs(half_circle.heading), np.pi, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_train_evaluate_and_lengthen_from_the_command_line(tmp_path, capsys):
     run = tmp_path / "run"
     own = ["--import", "my_robot", "--sensor", "compass_and_sonar", "--encoder", "odometer"]

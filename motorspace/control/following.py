@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
@@ -99,6 +100,10 @@ def carry_out(
     going = jnp.array(True)
     _, (poses, blocked, done) = jax.lax.scan(advance, (start, going), motors)
     return poses, blocked, done
+
+
+carry_out_compiled = eqx.filter_jit(carry_out)
+"""The same outside of compiled programs."""
 
 
 def _within_reach(controller: Controller, goal: Code) -> Code:

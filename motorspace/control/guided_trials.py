@@ -2,14 +2,13 @@
 
 from collections.abc import Callable
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from motorspace._types import Key, Pose
 from motorspace.control.controller import Controller
-from motorspace.control.following import carry_out, last_of
+from motorspace.control.following import carry_out_compiled, last_of
 from motorspace.control.guide import Guide
 from motorspace.control.journey import seek
 from motorspace.control.scores import LOOSE, Scores
@@ -31,11 +30,11 @@ GOAL_SEED = 3_000_029
 def guided_trials(guide: Guide, scenario: Scenario, wanted: Places, *, key: Key) -> Trials:
     """What comes of goals of readings one sequence away, each with one plan."""
     now = np.asarray(scenario.sense(wanted.start)).T
-    step = eqx.filter_jit(lambda pose, motors: carry_out(scenario, pose, motors)[0])
 
     def end(start: Pose, index: int, key: Key) -> Pose:
         motors = guide.plan(now[index], np.asarray(wanted.sensors[index]), key=key)
-        return last_of(step(start, jnp.asarray(motors, jnp.float32)))
+        poses, *_ = carry_out_compiled(scenario, start, jnp.asarray(motors, jnp.float32))
+        return last_of(poses)
 
     return _each(wanted, end, key=key)
 

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from motorspace._types import Key, Pose
-from motorspace.control.following import Way, carry_out
+from motorspace.control.following import Way, carry_out_compiled
 from motorspace.control.guide import BLOCKED, Course, Guide, features
 from motorspace.judge.belief import first_belief, updated
 from motorspace.judge.places import OUTLIER
@@ -150,7 +150,8 @@ def seek(
         planned = journey.plan(key=round_key)
         if planned is None:
             break
-        after, blocked, done = _carried_out(scenario, poses[-1], jnp.asarray(planned, jnp.float32))
+        commands = jnp.asarray(planned, jnp.float32)
+        after, blocked, done = carry_out_compiled(scenario, poses[-1], commands)
         num = int(done.sum())
         motors.append(planned[:num])
         bumps.append(np.asarray(blocked)[:num])
@@ -168,5 +169,4 @@ def seek(
     )
 
 
-_carried_out = eqx.filter_jit(carry_out)
 _sensed = eqx.filter_jit(lambda scenario, pose: scenario.sense(pose))

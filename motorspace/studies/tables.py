@@ -111,7 +111,7 @@ class Results:
         NAME_missed, those that are not, with the reasons.
         """
         lines: dict[str, Sequence[Line]] = {}
-        claims, met = self.claims(), set[str]()
+        claims = self.claims()
         for study in studies().values():
             for name, table in study.tables.items():
                 lines[name] = table.lines(self.rows(study, table.budget))
@@ -119,10 +119,10 @@ class Results:
                 own = [claim for claim in claims if claim.row.study == study.name]
                 lines[f"{study.name}_targets"] = targets.reached_lines(own)
                 lines[f"{study.name}_missed"] = targets.missed_lines(own)
-                met |= {f"{study.name}_missed"} if own else set()
         lines["targets"] = targets.all_lines(claims)
+        judged = {f"{claim.row.study}_missed" for claim in claims}
         return {
-            name: markdown_table(found) or (NONE_MISSED if name in met else EMPTY)
+            name: markdown_table(found) or (NONE_MISSED if name in judged else EMPTY)
             for name, found in lines.items()
         }
 

@@ -121,6 +121,7 @@ def test_a_folded_code_tears_nothing_and_is_not_to_be_trusted():
     assert "partial_motors" not in found and "equivalence_auc" not in found
 
 
+@pytest.mark.slow
 def test_a_large_sample_is_measured_on_subsets_with_a_standard_error():
     many = displacements(num=6000, seed=4)
     points = displacement_coordinates(many).points

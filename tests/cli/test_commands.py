@@ -70,6 +70,7 @@ def test_underscores_are_hyphens(tmp_path, capsys):
     assert load_config(tmp_path / "run") == TINY
 
 
+@pytest.mark.slow
 def test_results_are_printed_and_kept(copied, capsys):
     shown = json.loads(printed(capsys, "evaluate", copied, *FEW, "--json").out)
     assert shown["prediction.num"] == CHUNK_SIZE and shown["prediction.error"] > 0
@@ -188,6 +189,7 @@ def test_a_page_that_cannot_be_written_leaves_the_numbers(files, tmp_path, capsy
     assert "page.html: the file cannot be written" in done.err
 
 
+@pytest.mark.slow
 def test_several_seeds_are_trained_side_by_side(tmp_path, capsys):
     out = printed(capsys, "train", *flags(), "--seeds", "2", "--out", tmp_path / "runs").out
     first, second = (load_run(tmp_path / "runs" / f"seed{seed}") for seed in (0, 1))
@@ -248,6 +250,7 @@ def test_a_log_is_described(table, capsys):
     assert shown["scans"] == 800
 
 
+@pytest.mark.slow
 def test_runs_are_compared_and_exported(copied, run, capsys, tmp_path):
     shown = json.loads(printed(capsys, "compare", copied, run, *FEW, "--json").out)
     assert shown

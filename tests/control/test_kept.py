@@ -72,6 +72,7 @@ def test_a_broken_controller_is_refused(run, name, content, sentence):
         (run / name).write_bytes(before)
 
 
+@pytest.mark.slow
 def test_codes_that_are_no_products_learn_what_remains(tmp_path):
     config = changed(TINY, {"epochs": 2})
     learned = learn_controller(train(config, folder=tmp_path), SMALL)

@@ -60,6 +60,7 @@ def height_floor(*, compass, key):
     return floor.prediction_floor(in_square(compass), memory, num_test=NUM_TEST, key=key)
 
 
+@pytest.mark.slow
 def test_an_unknown_heading_leaves_half_of_the_squared_distance(getkey):
     # y' - y = l sin(a) with l uniform in [0, 1] and a uniform: its variance is 1/2 times 1/3.
     found = height_floor(compass=False, key=getkey())
@@ -68,6 +69,7 @@ def test_an_unknown_heading_leaves_half_of_the_squared_distance(getkey):
     assert len(found.errors) == floor.NUM_SETS and found.neighbours in floor.NEIGHBOURS
 
 
+@pytest.mark.slow
 def test_nothing_is_left_to_guess_with_a_compass(getkey):
     assert np.mean(height_floor(compass=True, key=getkey()).errors) < 1e-5
 

@@ -116,6 +116,7 @@ def test_a_lattice_of_long_sequences_is_evaluated():
     assert 0 <= measured["lattice.accuracy"] < 0.2
 
 
+@pytest.mark.slow
 def test_an_untrained_network_is_measured_and_found_wanting(getkey, monkeypatch):
     # As many as a chunk has everywhere: each other number is compiled anew.
     few = partial(lattice.measure_lattice, num_codes=CHUNK_SIZE)

@@ -44,6 +44,7 @@ def refused(capsys, *words):
     return capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_policy_is_learned_for_the_body_of_the_run(policy):
     trained = load_policy(policy)
     assert dict(trained.config.agent.options)["max_rotation"] == pytest.approx(0.4 * np.pi)

@@ -3,6 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from motorspace.navigation.actors import Chance
 from motorspace.navigation.arenas import Size, arena_of
@@ -13,6 +14,7 @@ from motorspace.navigation.planner import way_length, way_lengths
 from motorspace.navigation.tasks import CELLS
 
 
+@pytest.mark.slow
 def test_with_the_map_in_hand_a_new_cell_is_entered_every_other_command():
     config = NavigationConfig("explore", num_layouts=2, max_steps=20)
     arena = arena_of(config, None, "train", Size(4, 1), key=jax.random.key(0))

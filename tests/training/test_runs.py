@@ -149,6 +149,7 @@ def test_in_one_program_a_seed_that_is_behind_catches_up(tmp_path):
         assert theirs.log[-1] == pytest.approx(ours.log[-1], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_loss_that_is_not_finite_stops_all_seeds_and_keeps_what_was_good(tmp_path):
     broken = [
         replace(config, training=replace(config.training, learning_rate=1e30)) for config in SEEDS

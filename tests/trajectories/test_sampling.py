@@ -124,6 +124,7 @@ def test_an_own_policy_chooses_the_commands():
     np.testing.assert_allclose(drawn.displacements.achieved[:, 1:], 0, atol=1e-4)
 
 
+@pytest.mark.slow
 def test_trajectories_are_the_same_where_float64_is_enabled():
     """Whoever enables it for work of their own gets float32 and the same numbers."""
     expected = sample(SYSTEMS["holonomic"], num=NUM, horizon=6, key=KEY)

@@ -79,6 +79,7 @@ def test_stacked_worlds_answer_as_each_does_alone(moves):
     assert 0 < np.mean(together[0]) < 1 and 0 < np.mean(together[1]) < 1
 
 
+@pytest.mark.slow
 def test_trajectories_sampled_in_all_worlds_at_once_are_those_of_each(getkey):
     keys = jax.random.split(getkey(), len(WORLDS))
     together = jax.vmap(sampled)(STACKED, keys)

@@ -105,6 +105,7 @@ def test_a_tile_lists_every_wall_within_reach_and_none_nearer_than_it_says():
                 assert tiles.gaps[tile, place[0] // 8] <= distance + 1e-4
 
 
+@pytest.mark.slow
 def test_layouts_of_many_walls_are_indexed_and_give_the_same_trajectories():
     rooms = random_rooms(size=120.0, key=jax.random.key(0))
     world = rooms.world()

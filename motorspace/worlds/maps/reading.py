@@ -14,7 +14,9 @@ IMAGES = (b"P2", b"P3", b"P5", b"P6", b"\x89PNG", b"BM", b"\xff\xd8\xff", b"GIF8
 KINDS = {
     "map_server": re.compile(r"^(image|resolution|occupied_thresh)\s*:", re.MULTILINE),
     "moving_ai": re.compile(r"\Atype\s+\w+\s+height\s"),
-    "geojson": re.compile(r"\A\s*\{"),
+    "geojson": re.compile(
+        r'\A\s*\{.*"type"\s*:\s*"(Feature|\w*Polygon|\w*LineString|Geometry)', re.S
+    ),
     "svg": re.compile(r"\A\s*(<\?xml[^>]*>\s*)?(<!--.*?-->\s*)*<(!DOCTYPE svg|svg)", re.S),
 }
 """The module that reads a map, and how one begins."""
