@@ -130,3 +130,11 @@ def _robust(
         fitted = np.linalg.lstsq(weighted.T @ known, weighted.T @ change, rcond=None)[0]
         weight = 1 / (1 + ((change - known @ fitted) / OUTLIER) ** 2)
     return fitted[:2]
+
+
+def unwrapped(angles: Float[np.ndarray, " K"]) -> Float[np.ndarray, " K"]:
+    """The same directions, counted so that no two neighbours in view are a full turn apart."""
+    ordered = np.sort(np.mod(angles, 2 * np.pi))
+    gaps = np.diff(np.append(ordered, ordered[0] + 2 * np.pi))
+    start = ordered[(int(np.argmax(gaps)) + 1) % len(ordered)]
+    return np.asarray(start + np.mod(angles - start, 2 * np.pi))

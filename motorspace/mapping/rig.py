@@ -6,7 +6,8 @@ import numpy as np
 from jaxtyping import Float
 
 from motorspace._errors import UserError
-from motorspace.mapping.bearings import find_bearings, find_unit
+from motorspace.mapping.bearings import find_bearings
+from motorspace.mapping.frame import FrameMap, find_frame, in_frame
 from motorspace.mapping.mounting import Mounting
 from motorspace.mapping.odometry import Odometry, distilled
 from motorspace.mapping.survey import Scans
@@ -21,20 +22,21 @@ class Rig:
     """Odometry of codes, and rays.
 
     Attributes:
-        odometry: How each command moves the sensors, in the readings' unit.
+        odometry: How each command moves the sensors, in the codes' own frame and unit.
+        frame: From twists in that frame to those of the rays' origin, in the readings' unit.
         mounting: Where the rays point.
         per_scan: Whether the commands between two scans count as one.
     """
 
     odometry: Odometry
+    frame: FrameMap
     mounting: Mounting
     per_scan: bool
 
     def scans(self, recording: Recording) -> Scans:
         """The readings of a walk, and the displacements between them by chained codes."""
-        frames = coded_frames(self.odometry, recording, per_scan=self.per_scan)
-        steps = np.asarray(relative(frames[:, :-1], frames[:, 1:]))
-        return Scans(recording.sensors, steps, self.mounting)
+        steps = coded_steps(self.odometry, recording, per_scan=self.per_scan)
+        return Scans(recording.sensors, in_frame(steps, self.frame), self.mounting)
 
 
 def learn_rig(run: Run, recording: Recording) -> Rig:
@@ -49,31 +51,17 @@ def learn_rig(run: Run, recording: Recording) -> Rig:
         What holds wherever the robot goes.
 
     Raises:
-        UserError: For another encoder, for commands of another size, and for a walk that hardly
-            turns.
+        UserError: For another encoder, for commands of another size, and for readings that show
+            no straight walls or cannot be matched.
     """
     per_scan = commands_per_scan(run)
     odometry = distilled(run, _commands(recording, per_scan)).odometry
-    frames = coded_frames(odometry, recording, per_scan=per_scan)
     reach = max(recording.sensor_scale)
-    bearings = find_bearings(frames, recording.sensors, reach=reach)
-    if clockwise(bearings):
-        odometry, bearings = odometry.mirrored(), -bearings
-        frames = coded_frames(odometry, recording, per_scan=per_scan)
-    unit, ahead = find_unit(frames, recording.sensors, bearings, reach=reach)
-    # Any direction may be called straight ahead: by convention it is the middle of the view.
-    middle = (bearings.min() + bearings.max()) / 2
-    mounting = Mounting(bearings - middle, np.zeros(2), reach)
-    return Rig(odometry.turned(middle - ahead).in_unit(unit), mounting, per_scan)
-
-
-def clockwise(bearings: Float[np.ndarray, " K"]) -> bool:
-    """Whether most rays lie to the right of the one before.
-
-    Codes and readings are as consistent in a mirror. By convention rays are listed
-    counter-clockwise, as those of lasers are.
-    """
-    return bool(np.median(np.sin(np.diff(bearings))) < 0)
+    bearings = find_bearings(recording.sensors, reach=reach)
+    mounting = Mounting(bearings, np.zeros(2), reach)
+    steps = coded_steps(odometry, recording, per_scan=per_scan)
+    views = Scans(recording.sensors, steps, mounting).views()
+    return Rig(odometry, find_frame(views, steps, reach=reach), mounting, per_scan)
 
 
 def commands_per_scan(run: Run) -> bool:
@@ -99,6 +87,14 @@ def coded_frames(
     rest = np.zeros((1, motors.shape[1]))
     gazes = odometry.gazes(np.concatenate([rest, motors]))
     return np.asarray(compose(bodies, gazes))[:, done]
+
+
+def coded_steps(
+    odometry: Odometry, recording: Recording, *, per_scan: bool
+) -> Float[np.ndarray, "3 S"]:
+    """Displacements of the sensors between scans, in the codes' own frame and unit."""
+    frames = coded_frames(odometry, recording, per_scan=per_scan)
+    return np.asarray(relative(frames[:, :-1], frames[:, 1:]))
 
 
 def _commands(recording: Recording, per_scan: bool) -> Float[np.ndarray, "L M"]:

@@ -5,12 +5,11 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from motorspace._errors import UserError
-from motorspace.mapping.bearings import unwrapped
+from motorspace.mapping.frame import check_matched
 from motorspace.mapping.loops import Keyframes, far_loops, near_loops
 from motorspace.mapping.matching import mutual
 from motorspace.mapping.motion import Motion, chained, fit_motion
-from motorspace.mapping.mounting import SATURATED, Mounting
+from motorspace.mapping.mounting import SATURATED, Mounting, unwrapped
 from motorspace.mapping.pose_graph import Edges, joined, optimised
 from motorspace.mapping.search import Window, images
 from motorspace.mapping.views import Views, joined_views, scan_views
@@ -25,8 +24,6 @@ SPREAD = (0.03, 0.07)
 SHARE = 0.3
 """Least share of one scan's points on another; they look into different directions."""
 JOINED_SHARE = 0.5
-FEWEST = 20
-"""Matches of neighbours that odometry can be corrected by."""
 KEYFRAME = (0.07, 0.8)
 """From one keyframe to the next: share of the reach, radians."""
 NUM_JOINED, NUM_POINTS = 600, 128
@@ -141,11 +138,7 @@ def _corrected(views: Views, steps: Float[np.ndarray, "3 S"], reach: float) -> M
     given = steps
     for _ in range(CORRECTIONS):
         rows, matches = mutual(views, pairs, steps, reach=reach, spread=SPREAD, share=SHARE)
-        if len(rows) < FEWEST:
-            raise UserError(
-                f"{len(rows)} of {len(steps[0])} pairs of neighbouring scans can be matched",
-                remedy="give a walk with walls in sight and more rays",
-            )
+        check_matched(len(rows), pairs.shape[1])
         motion = fit_motion(given[:, rows], matches.displacement, reach=reach)
         steps = motion.corrected(given)
     return motion

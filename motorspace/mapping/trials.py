@@ -9,8 +9,7 @@ from jaxtyping import Float
 from motorspace._types import Key
 from motorspace.mapping.calibration import Calibrated
 from motorspace.mapping.motion import chained
-from motorspace.mapping.odometry import Odometry
-from motorspace.mapping.rig import clockwise, coded_frames, learn_rig
+from motorspace.mapping.rig import coded_frames, learn_rig
 from motorspace.mapping.scores import Scores, measure_path, measure_survey
 from motorspace.mapping.survey import survey
 from motorspace.recordings.record import record, with_motor_errors
@@ -43,18 +42,18 @@ def truth_of(walk: Recording) -> Float[np.ndarray, "3 N"]:
     return np.stack([x, y, heading + head])
 
 
-def measure_chained(odometry: Odometry, walk: Recording) -> Scores:
-    """Errors of chained codes along a walk, in the readings' unit."""
-    frames = coded_frames(odometry, walk, per_scan=True)
-    return measure_path(frames, truth_of(walk))
+def measure_chained(run: Run, walk: Recording) -> Scores:
+    """Errors of chained codes along a walk."""
+    return measure_path(chained(learn_rig(run, walk).scans(walk).steps), truth_of(walk))
 
 
 def measure_calibrated(body: Calibrated, walk: Recording) -> Scores:
     """Errors of a body's calibrated odometry along a walk."""
     odometry = body.odometry
-    if clockwise(body.mounting.angles):
+    # Codes are as consistent in a mirror; rays are listed counter-clockwise.
+    if np.median(np.sin(np.diff(body.mounting.angles))) < 0:
         odometry = odometry.mirrored()
-    return measure_chained(odometry, walk)
+    return measure_path(coded_frames(odometry, walk, per_scan=True), truth_of(walk))
 
 
 def measure_mapping(run: Run, walk: Recording) -> dict[str, Scores]:

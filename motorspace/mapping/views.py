@@ -31,6 +31,10 @@ class Views(NamedTuple):
         """Which points there are."""
         return self.points[..., 0] < FAR / 2
 
+    def chosen(self, rows: Int[np.ndarray, " W"]) -> "Views":
+        """Those of some places."""
+        return Views(self.points[rows], self.normals[rows])
+
 
 def scan_views(
     points: Float[np.ndarray, "N K 2"], met: Bool[np.ndarray, "N K"], *, reach: float

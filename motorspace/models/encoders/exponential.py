@@ -59,7 +59,7 @@ class ExponentialEncoder(AbstractMotorEncoder):
         return exponential(jnp.zeros((self.size, self.size)).at[:-1].set(rows))
 
 
-INITIAL_SIZE = 0.1
+INITIAL_SIZE = 0.01
 """Standard deviation of initial generators: commands of a log have unit variance, and move little
 from one scan to the next."""
 
