@@ -19,6 +19,7 @@ from motorspace.models.encoders.baselines import (
     IdentityEncoder,
     SumEncoder,
 )
+from motorspace.models.encoders.exponential import HALVINGS, TERMS, ExponentialEncoder
 from motorspace.models.encoders.matrix_product import MatrixProductEncoder
 from motorspace.models.encoders.recurrent import GRUEncoder, LinearRecurrentEncoder, LSTMEncoder
 from motorspace.models.model import SensorPredictor
@@ -241,6 +242,13 @@ def _matrix_product(encoder: MatrixProductEncoder) -> Parts:
     return Parts("matrix_product", layers, {}, {"matrix_size": encoder.size})
 
 
+def _exponential(encoder: ExponentialEncoder) -> Parts:
+    rows = _array(encoder.generators)
+    generators = np.concatenate([rows, np.zeros_like(rows[:, :1])], axis=1)
+    options = {"matrix_size": encoder.size, "terms": TERMS, "halvings": HALVINGS}
+    return Parts("exponential", {}, {"generators": generators}, options)
+
+
 def _whole_matrix(layers: Layers, size: int) -> Layers:
     """Layers that give all n x n entries: the identity and the fixed last row are in the bias."""
     *first, (weight, bias, activation) = layers
@@ -259,6 +267,7 @@ PARTS: dict[type, Callable[[Any], Parts]] = {
     LinearRecurrentEncoder: _linear,
     AttentionEncoder: _attention,
     MatrixProductEncoder: _matrix_product,
+    ExponentialEncoder: _exponential,
     SumEncoder: _mlp("sum"),
     FlatEncoder: _mlp("mlp"),
     ConstantEncoder: lambda encoder: Parts("none"),

@@ -196,16 +196,31 @@ def _heads(model: Model, name: str, tokens: np.ndarray) -> np.ndarray:
 
 
 def _matrix_product(model: Model, motors: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    num, longest = motors.shape[:2]
     size = model.description["matrix_size"]
-    matrices = model.layers("transition", motors).reshape(num, longest, size, size)
-    product = np.broadcast_to(np.eye(size, dtype=np.float32), (num, size, size))
-    for step in range(longest):
+    matrices = model.layers("transition", motors).reshape(*motors.shape[:2], size, size)
+    last = model.layers("readout", motors[np.arange(len(motors)), steps - 1])
+    product = _product(matrices, steps) @ last.reshape(-1, size, size)
+    return product[:, :-1].reshape(len(motors), -1)
+
+
+def _exponential(model: Model, motors: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    part = np.tensordot(motors, model.weights["generators"], axes=1)
+    part = part / np.float32(2 ** model.description["halvings"])
+    matrices = unit = np.eye(part.shape[-1], dtype=np.float32)
+    for term in range(model.description["terms"], 0, -1):
+        matrices = unit + part @ matrices / np.float32(term)
+    for _ in range(model.description["halvings"]):
+        matrices = matrices @ matrices
+    return _product(matrices, steps)[:, :-1].reshape(len(motors), -1)
+
+
+def _product(matrices: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """The product over time of the matrices that are executed, [N, T, n, n] -> [N, n, n]."""
+    product = np.broadcast_to(np.eye(matrices.shape[-1], dtype=np.float32), matrices[:, 0].shape)
+    for step in range(matrices.shape[1]):
         executed = (step < steps)[:, None, None]
         product = np.where(executed, product @ matrices[:, step], product)
-    last = model.layers("readout", motors[np.arange(num), steps - 1])
-    product = product @ last.reshape(num, size, size)
-    return product[:, :-1].reshape(num, -1)
+    return product
 
 
 def _sum(model: Model, motors: np.ndarray, steps: np.ndarray) -> np.ndarray:
@@ -240,6 +255,7 @@ ENCODERS: dict[str, Callable[[Model, np.ndarray, np.ndarray], np.ndarray]] = {
     "linear": _linear,
     "attention": _attention,
     "matrix_product": _matrix_product,
+    "exponential": _exponential,
     "sum": _sum,
     "mlp": _mlp,
     "none": _none,

@@ -205,16 +205,36 @@ def _attention(graph: Graph, network: Network, commands: Commands) -> str:
 def _matrix_product(graph: Graph, network: Network, commands: Commands) -> str:
     layers, size = network.encoder.layers, network.encoder.options["matrix_size"]
     flat = graph.layers(layers["transition"], commands.motors)
-    matrices = graph.op("Reshape", flat, [0, 0, size, size])
+    product = _product(graph, graph.op("Reshape", flat, [0, 0, size, size]), commands, size)
+    last = graph.layers(layers["readout"], graph.total(commands.last, commands.motors))
+    whole = graph.op("MatMul", product, graph.op("Reshape", last, [0, size, size]))
+    return graph.op("Reshape", graph.op("Slice", whole, [0], [size - 1], [1]), [0, -1])
+
+
+def _exponential(graph: Graph, network: Network, commands: Commands) -> str:
+    options, generators = network.encoder.options, network.encoder.arrays["generators"]
+    size, halvings = options["matrix_size"], options["halvings"]
+    flat = generators.reshape(len(generators), -1) / 2**halvings
+    part = graph.op("MatMul", commands.motors, flat)
+    part = graph.op("Reshape", part, [0, 0, size, size])
+    matrices = graph.op("Add", graph.op("Mul", part, 1 / options["terms"]), np.eye(size))
+    for term in range(options["terms"] - 1, 0, -1):
+        further = graph.op("Mul", graph.op("MatMul", part, matrices), 1 / term)
+        matrices = graph.op("Add", further, np.eye(size))
+    for _ in range(halvings):
+        matrices = graph.op("MatMul", matrices, matrices)
+    whole = _product(graph, matrices, commands, size)
+    return graph.op("Reshape", graph.op("Slice", whole, [0], [size - 1], [1]), [0, -1])
+
+
+def _product(graph: Graph, matrices: str, commands: Commands, size: int) -> str:
+    """The product over time of the matrices that are executed, [N, T, n, n] -> [N, n, n]."""
     executed = graph.op("Unsqueeze", commands.executed, [3])
     matrices = graph.op("Where", executed, matrices, np.eye(size))
     num = graph.size(commands.motors, 0)
     unit = graph.op("Expand", np.eye(size), graph.op("Concat", num, [size, size], axis=0))
     by_step = graph.op("Transpose", matrices, perm=[1, 0, 2, 3])
-    product = graph.op("Scan", unit, by_step, body=_multiply(size), num_scan_inputs=1)
-    last = graph.layers(layers["readout"], graph.total(commands.last, commands.motors))
-    whole = graph.op("MatMul", product, graph.op("Reshape", last, [0, size, size]))
-    return graph.op("Reshape", graph.op("Slice", whole, [0], [size - 1], [1]), [0, -1])
+    return graph.op("Scan", unit, by_step, body=_multiply(size), num_scan_inputs=1)
 
 
 def _multiply(size: int) -> GraphProto:
@@ -257,6 +277,7 @@ ENCODERS: dict[str, Callable[[Graph, Network, Commands], str]] = {
     "linear": _linear,
     "attention": _attention,
     "matrix_product": _matrix_product,
+    "exponential": _exponential,
     "sum": _sum,
     "mlp": _mlp,
     "none": _none,

@@ -12,7 +12,10 @@ from motorspace.training.data import Simulated
 from motorspace.training.run import Run
 from motorspace.trajectories.transitions import Displacements, Experience, Trajectories
 
-KINDS = ("lstm", "gru", "linear", "attention", "matrix_product", "sum", "mlp", "none", "identity")
+KINDS = (
+    *("lstm", "gru", "linear", "attention", "matrix_product", "exponential"),
+    *("sum", "mlp", "none", "identity"),
+)
 HORIZON, SCALING = 4, Scaling((10.0,) * 5, (2.5, 1.0))
 
 
