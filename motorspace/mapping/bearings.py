@@ -127,7 +127,7 @@ def _straightness(walls: _Walls, spaces: Float[Array, " S"], tolerance: Scalar |
     fitted = jnp.einsum("vba,vac,nvc->nvb", known, solve, walls.inverse)
     off = jnp.mean((walls.inverse / jnp.maximum(fitted, 1e-3) - 1) ** 2, axis=-1)
     straight = jnp.where(walls.met, 1 / (1 + off / tolerance**2), 0.0)
-    return straight.sum() / walls.met.sum()
+    return straight.sum() / jnp.maximum(walls.met.sum().astype(jnp.float32), 1.0)
 
 
 @eqx.filter_jit
@@ -141,7 +141,9 @@ def _refined(walls: _Walls, spaces: Float[Array, " S"], tolerance: Scalar) -> Fl
 
     def update(carry: tuple, _: None) -> tuple[tuple, None]:
         spaces, state = carry
-        change, state = optimiser.update(jax.grad(loss)(spaces), state)
+        gradient = jax.grad(loss)(spaces)
+        with jax.numpy_dtype_promotion("standard"):  # optax counts in whole numbers
+            change, state = optimiser.update(gradient, state)
         return (spaces + change, state), None
 
     begin = spaces, optimiser.init(spaces)

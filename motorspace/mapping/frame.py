@@ -1,8 +1,8 @@
 """How codes' displacements look in the rays' frame: what prediction leaves open, by matched scans.
 
-Codes hold displacements of a frame of their own, in a unit of their own, perhaps in a mirror, and
-their turns are only roughly in radians. Where neighbouring scans can be matched the same
-displacements are known in the rays' frame.
+Codes hold displacements of a frame of their own, in a unit of their own, perhaps in a mirror. What
+prediction within a few steps hardly shows, such as how wide a turn is, they hold roughly. Where
+neighbouring scans can be matched the same displacements are known in the rays' frame.
 """
 
 import numpy as np
@@ -39,9 +39,9 @@ def in_frame(steps: Steps, frame: FrameMap) -> Steps:
 def find_frame(views: Views, steps: Steps, *, reach: float) -> FrameMap:
     """From twists by codes to twists of the rays' origin.
 
-    Shifts are rotated and scaled (or mirrored as well), turns are scaled, and turns shift what
-    does not lie where the codes turn about. Scans are matched where they overlap most at first,
-    then where the codes lead.
+    A change of frame, of unit, of handedness is linear in twists, and so is the little that codes
+    get wrong of each command. Scans are matched where they overlap most at first, then where the
+    codes lead.
 
     Args:
         views: What is seen at every moment, N of them.
@@ -74,11 +74,10 @@ def check_matched(num: int, of: int) -> None:
 
 
 def _fitted(twists: Float[np.ndarray, "E 3"], matches: Matches, reach: float) -> FrameMap:
-    """Least squares that are reweighted (Cauchy); codes that turn the other way are mirrored."""
+    """Least squares that are reweighted (Cauchy)."""
     scale = np.array([reach, reach, 1.0])
     wanted = logarithm(matches.displacement) / scale
-    side = -1.0 if np.sum(np.sign(wanted[:, 2] * twists[:, 2])) < 0 else 1.0
-    known = _known(twists, side)
+    known = np.einsum("ab,ec->eabc", np.eye(3), twists).reshape(-1, 3, 9)
     # What matches say along a corridor is nothing: they are as certain as their walls.
     covariance = np.linalg.inv(matches.information * np.outer(scale, scale) + np.eye(3))
     information = np.linalg.inv(covariance + np.diag(LEAST**2))
@@ -90,20 +89,4 @@ def _fitted(twists: Float[np.ndarray, "E 3"], matches: Matches, reach: float) ->
         off = wanted - known @ found
         errors = np.einsum("ea,eab,eb->e", off, information, off)
         weight = 1 / (1 + errors / (2 * np.median(errors) + 1e-12))
-    along, across, *origin, turn = found
-    frame = np.array([[along, -side * across, origin[0]], [across, side * along, origin[1]]])
-    return np.concatenate([frame, [[0.0, 0.0, turn]]]) * scale[:, None]
-
-
-def _known(twists: Float[np.ndarray, "E 3"], side: float) -> Float[np.ndarray, "E 3 5"]:
-    """What each twist adds to the wanted one, for each unknown."""
-    x, y, turn = twists.T
-    none = np.zeros_like(x)
-    return np.stack(
-        [
-            np.stack([x, -side * y, turn, none, none], axis=-1),
-            np.stack([side * y, x, none, turn, none], axis=-1),
-            np.stack([none, none, none, none, turn], axis=-1),
-        ],
-        axis=1,
-    )
+    return found.reshape(3, 3) * scale[:, None]

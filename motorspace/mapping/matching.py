@@ -23,7 +23,8 @@ GATE_FIRST, GATE_NEAR, GATE_LAST = 0.1, 0.03, 0.015
 last round; shares of the sensors' reach."""
 OUTLIER = 0.005
 """How far off a line a point is that counts a quarter, share of the reach."""
-CHUNK_SIZE = 64
+CALL_SIZE, CHUNK_SIZE = 256, 32
+"""Pairs of one call of the compiled program, and those that it matches at once."""
 
 
 class Matches(NamedTuple):
@@ -46,10 +47,10 @@ class Matches(NamedTuple):
 
 
 class _Pair(NamedTuple):
-    points: Float[Array, "A 2"]
-    normals: Float[Array, "A 2"]
-    moving: Float[Array, "B 2"]
-    guess: Float[Array, "3"]
+    points: Float[Array, "*E A 2"]
+    normals: Float[Array, "*E A 2"]
+    moving: Float[Array, "*E B 2"]
+    guess: Float[Array, "*E 3"]
 
 
 def match(
@@ -72,41 +73,37 @@ def match(
             (radians): the guess decides where walls do not.
         near: Whether the guess is nearly right, so that few steps are enough.
     """
-    num = pairs.shape[1]
-    size = -(-max(num, 1) // CHUNK_SIZE) * CHUNK_SIZE
     scale = np.array([reach, reach, 1.0])
-    padded = np.zeros((2, size), np.int32)
-    padded[:, :num] = pairs
-    start = np.zeros((size, 3))
-    start[:num] = guess.T / scale
+    start = guess.T / scale
+    points, normals = views.points / reach, views.normals
     shift, turn = spread
-    found = _matched(
-        jnp.asarray(views.points / reach, jnp.float32),
-        jnp.asarray(views.normals, jnp.float32),
-        jnp.asarray(padded),
-        jnp.asarray(start, jnp.float32),
-        jnp.asarray([1 / shift, 1 / shift, 1 / turn], jnp.float32),
-        near=near,
-    )
-    displacement, information, share = (np.asarray(part[:num], np.float64) for part in found)
+    stiffness = jnp.asarray([1 / shift, 1 / shift, 1 / turn], jnp.float32)
+    parts = []
+    for first in range(0, max(pairs.shape[1], 1), CALL_SIZE):
+        here, there = pairs[:, first : first + CALL_SIZE]
+        case = _Pair(points[here], normals[here], points[there], start[first : first + CALL_SIZE])
+        padded = jax.tree.map(_padded, case)
+        found = _matched(padded, stiffness, near=near)
+        parts.append([np.asarray(part[: len(here)], np.float64) for part in found])
+    displacement, information, share = (np.concatenate(part) for part in zip(*parts, strict=True))
     return Matches((displacement * scale).T, information / np.outer(scale, scale), share)
+
+
+def _padded(part: np.ndarray) -> Float[Array, "E *rest"]:
+    """Rows up to a fixed number, so that one program serves all."""
+    padded = np.zeros((CALL_SIZE, *part.shape[1:]), np.float32)
+    padded[: len(part)] = part
+    return jnp.asarray(padded)
 
 
 @eqx.filter_jit
 def _matched(
-    points: Float[Array, "V P 2"],
-    normals: Float[Array, "V P 2"],
-    pairs: Int[Array, "2 E"],
-    guess: Float[Array, "E 3"],
-    stiffness: Float[Array, "3"],
-    *,
-    near: bool,
+    pairs: _Pair, stiffness: Float[Array, "3"], *, near: bool
 ) -> tuple[Float[Array, "E 3"], Float[Array, "E 3 3"], Float[Array, " E"]]:
-    def one(case: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
-        a, b, start = case
-        return _match_pair(_Pair(points[a], normals[a], points[b], start), stiffness, near=near)
+    def one(pair: _Pair) -> tuple[Array, Array, Array]:
+        return _match_pair(pair, stiffness, near=near)
 
-    return jax.lax.map(one, (*pairs, guess), batch_size=CHUNK_SIZE)
+    return jax.lax.map(one, pairs, batch_size=CHUNK_SIZE)
 
 
 def _match_pair(

@@ -18,6 +18,8 @@ Steps = Float[np.ndarray, "3 S"]
 ROUNDS = 20
 LIMIT = 5.0
 """Standard deviations beyond which a residual is cut off."""
+MOST_ALIKE = 0.99
+"""Correlations are taken for a little less, which keeps covariances regular."""
 LEAST = np.array([1e-3, 1e-3, 1e-4])
 """Standard deviations that are never undercut: of shifts, as a share of the reach, and of turns."""
 
@@ -28,11 +30,13 @@ class Motion(NamedTuple):
     Args:
         twist: From `terms` of a displacement to the twist that it lacks, [6, 3].
         variance: From its squared `sizes` to the variances of what is then left, [3, 3].
+        correlation: Of what is left, among x, y and angle: who turns first slips sideways, [3, 3].
         reach: The largest reading, which is the unit of lengths.
     """
 
     twist: Float[np.ndarray, "6 3"]
     variance: Float[np.ndarray, "3 3"]
+    correlation: Float[np.ndarray, "3 3"]
     reach: float
 
     def corrected(self, steps: Steps) -> Steps:
@@ -42,8 +46,12 @@ class Motion(NamedTuple):
 
     def covariance(self, steps: Steps) -> Float[np.ndarray, "S 3 3"]:
         """The covariance of corrected displacements, in the frame of their ends."""
-        variance = (sizes(steps, self.reach) @ self.variance + LEAST**2) * self._scale**2
-        return np.einsum("sa,ab->sab", variance, np.eye(3))
+        deviation = self.deviations(steps) * self._scale
+        return deviation[:, :, None] * self.correlation * deviation[:, None]
+
+    def deviations(self, steps: Steps) -> Float[np.ndarray, "S 3"]:
+        """Standard deviations of corrected displacements: shares of the reach, radians."""
+        return np.asarray(np.sqrt(sizes(steps, self.reach) @ self.variance + LEAST**2))
 
     @property
     def _scale(self) -> Float[np.ndarray, "3"]:
@@ -75,7 +83,9 @@ def fit_motion(steps: Steps, measured: Steps, *, reach: float, correct: bool = T
     off = logarithm(np.asarray(relative(steps, measured))) / scale
     known = terms(steps, reach)
     twist = _robust_fit(known, off) if correct else np.zeros((known.shape[1], 3))
-    return Motion(twist, _variances(sizes(steps, reach), off - known @ twist), reach)
+    left = off - known @ twist
+    motion = Motion(twist, _variances(sizes(steps, reach), left), np.eye(3), reach)
+    return motion._replace(correlation=_correlation(left / motion.deviations(steps)))
 
 
 def _robust_fit(
@@ -105,6 +115,15 @@ def _variances(
             found[:, axis], _ = nnls(known / expected[:, None], squared / expected)
             expected = known @ found[:, axis] + 1e-12
     return found
+
+
+def _correlation(left: Float[np.ndarray, "S 3"]) -> Float[np.ndarray, "3 3"]:
+    """Correlations of standardised residuals, of which some are wrong."""
+    sizes_squared = np.sum(left**2, axis=1)
+    rows = left / np.sqrt(np.maximum(sizes_squared / LIMIT**2, 1.0))[:, None]
+    products = rows.T @ rows + 1e-9 * np.eye(3)
+    scale = np.sqrt(np.diagonal(products))
+    return np.asarray(MOST_ALIKE * products / np.outer(scale, scale) + (1 - MOST_ALIKE) * np.eye(3))
 
 
 def chained(steps: Steps) -> Float[np.ndarray, "3 N"]:

@@ -21,6 +21,8 @@ GAPS = (1, 2, 3, 5, 8, 12)
 """Steps between scans that are matched."""
 SPREAD = (0.03, 0.07)
 """Standard deviations of odometry over a few steps: share of the reach, radians."""
+LOOSE = (0.1, 0.2)
+"""The same where a match is to say how far off odometry is: it has to be the walls' word alone."""
 SHARE = 0.3
 """Least share of one scan's points on another; they look into different directions."""
 JOINED_SHARE = 0.5
@@ -113,8 +115,7 @@ def survey(scans: Scans) -> Survey:
         loops = found.between(keyframes.moments, JOINED_CERTAINTY)
         around = _around(keyframes, there)
         poses = optimised(odometry, joined(*matched, around, loops), poses)
-    final = fit_motion(steps, relative(poses[:, :-1], poses[:, 1:]), reach=reach, correct=False)
-    return Survey(poses, local, motion._replace(variance=final.variance), loops)
+    return Survey(poses, local, _uncertain(views, motion, steps, poses), loops)
 
 
 NO_EDGES = Edges(np.zeros(0, int), np.zeros(0, int), np.zeros((3, 0)), np.zeros((0, 3, 3)))
@@ -137,11 +138,27 @@ def _corrected(views: Views, steps: Float[np.ndarray, "3 S"], reach: float) -> M
     pairs = np.stack([np.arange(steps.shape[1]), np.arange(1, steps.shape[1] + 1)])
     given = steps
     for _ in range(CORRECTIONS):
-        rows, matches = mutual(views, pairs, steps, reach=reach, spread=SPREAD, share=SHARE)
+        rows, matches = mutual(views, pairs, steps, reach=reach, spread=LOOSE, share=SHARE)
         check_matched(len(rows), pairs.shape[1])
         motion = fit_motion(given[:, rows], matches.displacement, reach=reach)
         steps = motion.corrected(given)
     return motion
+
+
+def _uncertain(
+    views: Views, motion: Motion, steps: Float[np.ndarray, "3 S"], poses: Float[np.ndarray, "3 N"]
+) -> Motion:
+    """The motion with the uncertainty of corrected odometry, by how far it is from matches.
+
+    Not from poses: they are compromises with odometry itself.
+    """
+    pairs = np.stack([np.arange(steps.shape[1]), np.arange(1, poses.shape[1])])
+    guess, reach = relative(poses[:, :-1], poses[:, 1:]), motion.reach
+    rows, matches = mutual(views, pairs, guess, reach=reach, spread=LOOSE, share=SHARE)
+    if len(rows) == 0:
+        return motion
+    found = fit_motion(steps[:, rows], matches.displacement, reach=reach, correct=False)
+    return found._replace(twist=motion.twist)
 
 
 def _neighbours(views: Views, poses: Float[np.ndarray, "3 N"], gap: int, reach: float) -> Edges:

@@ -6,7 +6,6 @@ import pytest
 from motorspace import se2
 from motorspace._errors import UserError
 from motorspace.analysis.paths import absolute_error, coverage, relative_errors
-from motorspace.mapping.bearings import find_bearings, find_unit
 from motorspace.mapping.matching import match
 from motorspace.mapping.motion import chained, chained_covariance, fit_motion
 from motorspace.mapping.occupancy import agreement, grid_around, occupancy
@@ -107,35 +106,6 @@ def test_a_wrong_loop_is_not_believed():
     poses = optimised(odometry, wrong, chained(steps))
     assert absolute_error(poses, TRUTH) < 0.2
     assert len(joined(odometry, wrong).first) == num
-
-
-@pytest.fixture(scope="module")
-def turning():
-    """A walk that turns a lot, with rays in an order of their own, and odometry in its own unit."""
-    random = np.random.default_rng(0)
-    poses = walk(600)
-    poses[2] += random.uniform(-0.8, 0.8, poses.shape[1])
-    order = random.permutation(31)
-    angles = mounting(31).angles[order]
-    frames = poses * np.array([[0.25], [0.25], [1.0]])
-    return frames, ranges(poses, angles), angles
-
-
-def test_votes_show_where_rays_point(turning):
-    frames, sensors, angles = turning
-    bearings = find_bearings(frames, sensors, reach=REACH)
-    unit, ahead = find_unit(frames, sensors, bearings, reach=REACH)
-    off = np.angle(np.exp(1j * (bearings - ahead - angles)))
-    assert np.std(off) < np.deg2rad(3)
-    assert abs(np.mean(off)) < np.deg2rad(15)  # matching corrects what is left
-    assert unit == pytest.approx(4, rel=0.25)
-
-
-def test_a_walk_that_never_turns_shows_nothing(turning):
-    _, sensors, _ = turning
-    straight = np.stack([np.arange(len(sensors)), *np.zeros((2, len(sensors)))]).astype(float)
-    with pytest.raises(UserError, match="turns on the spot only"):
-        find_bearings(straight, sensors, reach=REACH)
 
 
 def test_covariance_holds_what_it_says():
