@@ -23,6 +23,8 @@ GATE_FIRST, GATE_NEAR, GATE_LAST = 0.1, 0.03, 0.015
 last round; shares of the sensors' reach."""
 OUTLIER = 0.005
 """How far off a line a point is that counts a quarter, share of the reach."""
+MOVED = 64
+"""Points of a view that are moved, at most."""
 CALL_SIZE, CHUNK_SIZE = 256, 32
 """Pairs of one call of the compiled program, and those that it matches at once."""
 
@@ -76,12 +78,13 @@ def match(
     scale = np.array([reach, reach, 1.0])
     start = guess.T / scale
     points, normals = views.points / reach, views.normals
+    moving = points[:, :: -(-points.shape[1] // MOVED)]
     shift, turn = spread
     stiffness = jnp.asarray([1 / shift, 1 / shift, 1 / turn], jnp.float32)
     parts = []
     for first in range(0, max(pairs.shape[1], 1), CALL_SIZE):
         here, there = pairs[:, first : first + CALL_SIZE]
-        case = _Pair(points[here], normals[here], points[there], start[first : first + CALL_SIZE])
+        case = _Pair(points[here], normals[here], moving[there], start[first : first + CALL_SIZE])
         padded = jax.tree.map(_padded, case)
         found = _matched(padded, stiffness, near=near)
         parts.append([np.asarray(part[: len(here)], np.float64) for part in found])
