@@ -89,8 +89,8 @@ def _own_flags(parser: CommandParser) -> None:
         "--preset",
         default="paper",
         choices=tuple(PRESETS),
-        help="The paper's network, or the one whose codes are structured best. What is given as a "
-        "flag wins (default: paper).",
+        help="paper: the paper's network; best: the one whose codes are structured best; log: one "
+        "that learns from a robot's log. What is given as a flag wins (default: paper).",
     )
     add(
         "--data",

@@ -20,7 +20,7 @@ FEWEST_RAYS, FEWEST_WALLS = 16, 100
 """Rays, and stretches of wall that as many neighbouring rays meet, without which it is no use."""
 NUM_ORDERING, NUM_SCANS = 2_000, 400
 """Scans that the order of the rays, and their directions, are found by; chosen at random."""
-STRETCH = 1 / 6
+STRETCH = 1 / 4
 """Share of the rays that should meet one wall side by side."""
 FEWEST_IN_A_ROW = 6
 VIEWS = np.geomspace(0.3, 6.6, 90)

@@ -1,4 +1,4 @@
-"""Which cells of the plane rays have crossed, and in which they have ended."""
+"""Which cells of the plane rays that met something have crossed, and in which they have ended."""
 
 from typing import NamedTuple
 
@@ -73,14 +73,15 @@ def occupancy(
     """
     grid = grid_around(eyes, sensors, mounting, cell=cell) if grid is None else grid
     ended, crossed = np.zeros((2, grid.shape[0] * grid.shape[1]), np.int64)
-    angles = (eyes[2][:, None] + mounting.angles).reshape(-1)
-    starts = np.repeat(eyes[:2], sensors.shape[1], axis=1)
-    lengths = sensors.reshape(-1)
-    met = lengths < SATURATED * mounting.reach
+    # Lasers also read nothing where a wall is dark or steep: that shows no free space.
+    met = sensors.reshape(-1) < SATURATED * mounting.reach
+    angles = (eyes[2][:, None] + mounting.angles).reshape(-1)[met]
+    starts = np.repeat(eyes[:2], sensors.shape[1], axis=1)[:, met]
+    lengths = sensors.reshape(-1)[met]
     for first in range(0, len(lengths), CHUNK_SIZE):
         rows = slice(first, first + CHUNK_SIZE)
         rays = starts[:, rows], angles[rows], lengths[rows]
-        ended += _counted(_ends(*rays)[:, met[rows]], grid)
+        ended += _counted(_ends(*rays), grid)
         crossed += _counted(_along(*rays, grid.cell), grid)
     return Occupancy(ended.reshape(grid.shape), crossed.reshape(grid.shape), grid.low, grid.cell)
 
@@ -93,7 +94,7 @@ def grid_around(
     cell: float,
 ) -> Grid:
     """Cells that hold all ends of rays."""
-    ends = mounting.ends(eyes, sensors).reshape(2, -1)
+    ends = mounting.ends(eyes, sensors)[:, sensors < SATURATED * mounting.reach]
     points = np.concatenate([ends, eyes[:2]], axis=1)
     low = np.floor(points.min(axis=1) / cell) - MARGIN
     high = np.floor(points.max(axis=1) / cell) + 1 + MARGIN

@@ -149,7 +149,7 @@ def distilled(run: Run, motors: Float[np.ndarray, "N M"]) -> Learned:
     if matrices is None or matrices[0].shape[-1] != 3:
         raise UserError(
             f"codes of the encoder {run.config.model.encoder!r} are no motions of the plane",
-            remedy="train a run with the preset best (encoder matrix_product, code_size 6)",
+            remedy="train a run with the preset best, or on a log with the preset log",
         )
     transitions, readouts = (np.asarray(part, np.float64) for part in matrices)
     has_gaze = bool(readouts[:, :2, :2].std(axis=0).max() > VARYING)

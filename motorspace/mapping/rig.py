@@ -43,8 +43,7 @@ def learn_rig(run: Run, recording: Recording) -> Rig:
     """Learn a robot's odometry and rays from a run's codes and one walk, without a pose.
 
     Args:
-        run: A run whose codes are products of 3 x 3 matrices (preset best, or the encoder
-            exponential).
+        run: A run whose codes are products of 3 x 3 matrices (preset best or log).
         recording: A walk of the same robot, with readings that are distances along rays.
 
     Returns:

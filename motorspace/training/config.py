@@ -107,7 +107,8 @@ class RunConfig:
         data: What the run learns from.
         model: The network; by default that of the preset.
         training: How it is fitted; by default as the preset does it.
-        preset: `"paper"`, or `"best"`: the network whose codes are structured best.
+        preset: `"paper"`; `"best"`: the network whose codes are structured best; `"log"`: one that
+            learns from some hundred scans of a robot's log.
 
     Example:
         >>> config = RunConfig(Simulated("holonomic"), preset="best")

@@ -1,11 +1,11 @@
-"""What the paper's systems, and the one whose codes are structured best, set differently."""
+"""What the paper's systems, the one whose codes are structured best, and robots' logs set."""
 
 from collections.abc import Mapping
 from typing import Any, Literal, get_args
 
 from motorspace._errors import UserError
 
-PresetName = Literal["paper", "best"]
+PresetName = Literal["paper", "best", "log"]
 Settings = Mapping[str, Any]
 """{field of the configuration: value}; names are unique over its parts."""
 
@@ -29,7 +29,19 @@ BEST: Settings = {
 }
 """Commands as matrices that multiply, learned by prediction alone."""
 
-PRESETS: Mapping[str, Settings] = {"paper": {}, "best": BEST}
+LOG: Settings = {
+    "encoder": "exponential",
+    "code_size": 6,
+    "epochs": 150,
+    "learning_rate": 2e-3,
+    "curriculum": 0.0,
+    "isometry_weight": 1.0,
+    "ema_decay": 0.99,
+    "initial_weights": "scaled",
+}
+"""Few enough weights of the encoder for some hundred scans of a robot's log."""
+
+PRESETS: Mapping[str, Settings] = {"paper": {}, "best": BEST, "log": LOG}
 
 
 def preset_settings(preset: str, agent: str | None) -> Settings:
