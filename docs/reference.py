@@ -26,6 +26,7 @@ ROOMS = (
     "training",
     "evaluation",
     "judge",
+    "mapping",
     "control",
     "environments",
     "export",

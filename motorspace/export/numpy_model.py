@@ -206,7 +206,8 @@ def _matrix_product(model: Model, motors: np.ndarray, steps: np.ndarray) -> np.n
 def _exponential(model: Model, motors: np.ndarray, steps: np.ndarray) -> np.ndarray:
     part = np.tensordot(motors, model.weights["generators"], axes=1)
     part = part / np.float32(2 ** model.description["halvings"])
-    matrices = unit = np.eye(part.shape[-1], dtype=np.float32)
+    unit: np.ndarray = np.eye(part.shape[-1], dtype=np.float32)
+    matrices = unit
     for term in range(model.description["terms"], 0, -1):
         matrices = unit + part @ matrices / np.float32(term)
     for _ in range(model.description["halvings"]):

@@ -53,8 +53,8 @@ def find_frame(views: Views, steps: Steps, *, reach: float) -> FrameMap:
     """
     num = steps.shape[1]
     first = np.unique(np.linspace(0, num - 1, min(num, NUM_PAIRS)).astype(int))
-    views, pairs = views.chosen(np.concatenate([first, first + 1])), np.arange(2 * len(first))
-    pairs, steps = pairs.reshape(2, -1), steps[:, first]
+    views, steps = views.chosen(np.concatenate([first, first + 1])), steps[:, first]
+    pairs = np.arange(2 * len(first)).reshape(2, -1)
     guess, _ = search(images(views, reach=reach), pairs, 0 * steps, SEARCHED, reach=reach)
     for _ in range(ROUNDS):
         rows, matches = mutual(views, pairs, guess, reach=reach, spread=SPREAD, share=SHARE)

@@ -79,18 +79,6 @@ class Odometry(NamedTuple):
             gaze_twist=self.gaze_twist * twist,
         )
 
-    def turned(self, angle: float) -> "Odometry":
-        """The same of a frame that is turned by an angle in the one of before."""
-        cos, sin = np.cos(angle), np.sin(angle)
-        frame, twist = np.eye(4), np.eye(3)
-        frame[:2, :2] = twist[:2, :2] = [[cos, -sin], [sin, cos]]
-        return self._replace(
-            step=self.step @ frame,
-            gaze=self.gaze @ frame,
-            step_twist=self.step_twist @ twist,
-            gaze_twist=self.gaze_twist @ twist,
-        )
-
     def in_unit(self, unit: float) -> "Odometry":
         """The same in another unit of length: `unit` of it are one of before."""
         scale = np.array([unit, unit, 1.0, 1.0])

@@ -10,7 +10,9 @@ TOLERANCE = 0.05
 ROUNDS = 30
 
 
-def neighbours_in_order(sensors: Float[np.ndarray, "N K"], *, reach: float) -> Int[np.ndarray, " K"]:
+def neighbours_in_order(
+    sensors: Float[np.ndarray, "N K"], *, reach: float
+) -> Int[np.ndarray, " K"]:
     """The rays from one end of the view to the other, in the direction in which they are listed.
 
     Args:

@@ -30,7 +30,7 @@ def test_alike_rays_are_neighbours_whatever_their_order():
 
 
 def test_rays_all_around_are_one_ring():
-    poses, sensors = seen(np.linspace(-np.pi, np.pi, 48, endpoint=False))
+    _, sensors = seen(np.linspace(-np.pi, np.pi, 48, endpoint=False))
     shuffled = np.random.default_rng(1).permutation(48)
     order = shuffled[neighbours_in_order(sensors[:, shuffled], reach=REACH)]
     assert set(np.abs(np.diff(order)) % 46) == {1}
