@@ -5,6 +5,8 @@ prediction within a few steps hardly shows, such as how wide a turn is, they hol
 neighbouring scans can be matched the same displacements are known in the rays' frame.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from jaxtyping import Float
 
@@ -17,7 +19,9 @@ from motorspace.se2 import exponential, logarithm
 Steps = Float[np.ndarray, "3 S"]
 FrameMap = Float[np.ndarray, "3 3"]
 
-ROUNDS, REWEIGHTED = 4, 20
+ROUNDS, REWEIGHTED = 3, 20
+FEW, TRIES = 4, 300
+"""Matches that a first fit is made to, and how many of those."""
 SPREAD = (0.1, 0.25)
 """Standard deviations of guesses: share of the reach, radians."""
 SEARCHED = Window(0.2, 0.8)
@@ -31,6 +35,18 @@ LEAST = np.array([2e-3, 2e-3, 2e-3])
 """Errors of matches that make no difference: shares of the reach, radians."""
 
 
+def _families() -> tuple[Float[np.ndarray, "U 3 3"], ...]:
+    """Frames elsewhere in a unit of their own, turns in another; those in a mirror; all linear."""
+    entry = np.eye(9).reshape(3, 3, 3, 3)
+    shared = [entry[0, 2], entry[1, 2], entry[2, 2]]
+    rigid = [entry[0, 0] + entry[1, 1], entry[1, 0] - entry[0, 1], *shared]
+    mirrored = [entry[0, 0] - entry[1, 1], entry[1, 0] + entry[0, 1], *shared]
+    return np.stack(rigid), np.stack(mirrored), entry.reshape(9, 3, 3)
+
+
+FAMILIES = _families()
+
+
 def in_frame(steps: Steps, frame: FrameMap) -> Steps:
     """The displacements in the rays' frame."""
     return np.asarray(exponential(logarithm(steps) @ frame.T))
@@ -41,7 +57,7 @@ def find_frame(views: Views, steps: Steps, *, reach: float) -> FrameMap:
 
     A change of frame, of unit, of handedness is linear in twists, and so is the little that codes
     get wrong of each command. Scans are matched where they overlap most at first, then where the
-    codes lead.
+    codes lead. Where that leads to most matches is believed: a change of frame, or any linear map.
 
     Args:
         views: What is seen at every moment, N of them.
@@ -55,13 +71,21 @@ def find_frame(views: Views, steps: Steps, *, reach: float) -> FrameMap:
     first = np.unique(np.linspace(0, num - 1, min(num, NUM_PAIRS)).astype(int))
     views, steps = views.chosen(np.concatenate([first, first + 1])), steps[:, first]
     pairs = np.arange(2 * len(first)).reshape(2, -1)
-    guess, _ = search(images(views, reach=reach), pairs, 0 * steps, SEARCHED, reach=reach)
-    for _ in range(ROUNDS):
-        rows, matches = mutual(views, pairs, guess, reach=reach, spread=SPREAD, share=SHARE)
-        check_matched(len(rows), pairs.shape[1])
-        frame = _fitted(logarithm(steps[:, rows]), matches, reach)
-        guess = in_frame(steps, frame)
-    return frame
+    begin, _ = search(images(views, reach=reach), pairs, 0 * steps, SEARCHED, reach=reach)
+    best, most = np.eye(3), -1
+    for family in FAMILIES:
+        guess, frame = begin, np.zeros((3, 3))
+        for _ in range(ROUNDS):
+            rows, matches = mutual(views, pairs, guess, reach=reach, spread=SPREAD, share=SHARE)
+            if len(rows) < FEWEST:
+                break
+            frame = _fitted(logarithm(steps[:, rows]), matches, family, reach=reach)
+            guess = in_frame(steps, frame)
+        num = len(rows)
+        if num > most:
+            best, most = frame, num
+    check_matched(most, pairs.shape[1])
+    return best
 
 
 def check_matched(num: int, of: int) -> None:
@@ -73,20 +97,50 @@ def check_matched(num: int, of: int) -> None:
         )
 
 
-def _fitted(twists: Float[np.ndarray, "E 3"], matches: Matches, reach: float) -> FrameMap:
-    """Least squares that are reweighted (Cauchy)."""
+def _fitted(
+    twists: Float[np.ndarray, "E 3"],
+    matches: Matches,
+    family: Float[np.ndarray, "U 3 3"],
+    *,
+    reach: float,
+) -> FrameMap:
+    """The member of a linear family that fits best: least squares, reweighted (Cauchy)."""
     scale = np.array([reach, reach, 1.0])
     wanted = logarithm(matches.displacement) / scale
-    known = np.einsum("ab,ec->eabc", np.eye(3), twists).reshape(-1, 3, 9)
+    known = np.einsum("uab,eb->eau", family, twists)
     # What matches say along a corridor is nothing: they are as certain as their walls.
     covariance = np.linalg.inv(matches.information * np.outer(scale, scale) + np.eye(3))
     information = np.linalg.inv(covariance + np.diag(LEAST**2))
-    weight = np.ones(len(twists))
+    case = _Case(known, wanted, information)
+    # Many matches may be wrong: of fits to a few each, the one that most agree with begins.
+    random, most = np.random.default_rng(0), len(twists)
+    few = [random.choice(most, FEW, replace=False) for _ in range(TRIES)]
+    found = min((case.solved(rows, np.ones(FEW)) for rows in few), key=case.typical)
     for _ in range(REWEIGHTED):
-        weighted = np.einsum("eau,eab->eub", known, information * weight[:, None, None])
-        normal = np.einsum("eub,ebv->uv", weighted, known)
-        found = np.linalg.lstsq(normal, np.einsum("eub,eb->u", weighted, wanted), rcond=None)[0]
-        off = wanted - known @ found
-        errors = np.einsum("ea,eab,eb->e", off, information, off)
+        errors = case.errors(found)
         weight = 1 / (1 + errors / (2 * np.median(errors) + 1e-12))
-    return found.reshape(3, 3) * scale[:, None]
+        found = case.solved(np.arange(most), weight)
+    return np.asarray(np.einsum("u,uab->ab", found, family) * scale[:, None])
+
+
+class _Case(NamedTuple):
+    """Linear equations with an inverse covariance each."""
+
+    known: Float[np.ndarray, "E 3 U"]
+    wanted: Float[np.ndarray, "E 3"]
+    information: Float[np.ndarray, "E 3 3"]
+
+    def solved(self, rows: np.ndarray, weight: Float[np.ndarray, " R"]) -> np.ndarray:
+        known = self.known[rows]
+        weighted = np.einsum("eau,eab,e->eub", known, self.information[rows], weight)
+        normal = np.einsum("eub,ebv->uv", weighted, known)
+        aim = np.einsum("eub,eb->u", weighted, self.wanted[rows])
+        return np.asarray(np.linalg.lstsq(normal, aim, rcond=None)[0])
+
+    def errors(self, found: np.ndarray) -> Float[np.ndarray, " E"]:
+        """Squared, in standard deviations."""
+        off = self.wanted - self.known @ found
+        return np.asarray(np.einsum("ea,eab,eb->e", off, self.information, off))
+
+    def typical(self, found: np.ndarray) -> float:
+        return float(np.median(self.errors(found)))

@@ -35,6 +35,8 @@ NEIGHBOURS = (1, 2, 4)
 APART = 0.5
 """Least length of the way around a loop, share of the reach."""
 WIDE = Window(0.7, 0.6)
+SEARCHES, ENOUGH = 3, 0.5
+"""How often loops are searched for far around, unless there are so many for each keyframe."""
 PASSES = (0.25, 0.12)
 """How far apart keyframes may be thought to be whose views are matched, one pass after another."""
 CERTAINTY, JOINED_CERTAINTY = 0.1, 0.03
@@ -104,8 +106,10 @@ def survey(scans: Scans) -> Survey:
             matched.append(_neighbours(views, poses, gap, reach))
             poses = optimised(odometry, joined(*matched), poses)
     loops = NO_EDGES
-    for within in (None, *PASSES):
+    for within in (*[None] * SEARCHES, *PASSES):
         keyframes = _keyframes(views, poses, scans)
+        if within is None and len(loops.first) > ENOUGH * len(keyframes.moments):
+            continue
         there = poses[:, keyframes.moments]
         if within is None:
             seen = images(keyframes.views, reach=reach)
