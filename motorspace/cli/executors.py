@@ -14,8 +14,8 @@ def add_executor_flags(parser: CommandParser) -> None:
         type=count,
         default=2,
         metavar="N",
-        help="Processes of this machine (default: 2). On an accelerator the seeds of a cell train "
-        "as one program instead.",
+        help="Processes of this machine (default: 2). On an accelerator runs that differ by seeds "
+        "and by numbers train as one program instead.",
     )
     add(
         "--address",
