@@ -9,7 +9,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from benchmarks.gpu.ours import PRECISION, compiled_update, ours
+from benchmarks.gpu.ours import compiled_update, ours
 from benchmarks.gpu.sizes import Sizes
 from benchmarks.gpu.timing import Case, Row, rate, timed, value
 from benchmarks.gpu.training import counted
@@ -122,5 +122,5 @@ def _bounds(config: RunConfig, num: int, limits: dict[str, float]) -> dict[str, 
     """
     flop, moved = by_hand(config, num)
     launching = limits[f"kernels of {counted(num)}"] * limits["iteration"]
-    strict = {"products": limits[PRECISION] / flop, "memory": limits["bytes"] / moved}
+    strict = {"products": limits["float32"] / flop, "memory": limits["bytes"] / moved}
     return strict | {"launches": 1 / launching}

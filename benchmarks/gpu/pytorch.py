@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.gpu.ours import transitions
 from benchmarks.gpu.simulation import default_device, poses, scanned
 from benchmarks.gpu.sizes import Sizes
 from benchmarks.gpu.timing import Case, Row, Skipped, rate, timed
 from benchmarks.gpu.training import counted, trained
+from benchmarks.programs import transitions
 from motorspace.worlds.layouts import layout
 
 LEARNING_RATE = 6e-3
@@ -57,7 +57,8 @@ def _pytorch(
 
     if captured and device == "cpu":
         raise Skipped("a CUDA graph needs a GPU")
-    torch.set_float32_matmul_precision("high")  # TF32, as ours
+    torch.set_float32_matmul_precision("highest")  # float32 in every product, as ours
+    torch.backends.cudnn.allow_tf32 = False
     update = make(num, device, sizes)
     if captured:
         update = as_graph(update)

@@ -31,7 +31,8 @@ class Sizes:
     network: Mapping[str, Any] = field(default_factory=dict)
     """What differs from the paper's network, where no peer has to have the same."""
     precision_runs: int = 16
-    precision_epochs: int = 100
+    precision_epochs: int = 1_000
+    precision_tests: int = 16_000
     bounded: tuple[int, ...] = (1, 16, 256)
     """Runs at once whose updates are set beside their bounds."""
     copied: int = 2**28
@@ -78,6 +79,7 @@ SMALL = Sizes(
     network={"hidden_size": 4, "code_size": 2, "width_size": 8, "horizon": 2, "layout": "empty"},
     precision_runs=2,
     precision_epochs=3,
+    precision_tests=100,
     bounded=(2,),
     copied=2**16,
     product=64,

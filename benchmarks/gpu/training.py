@@ -2,18 +2,22 @@
 
 from collections.abc import Iterator
 from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
-import jax
 import numpy as np
 
 from benchmarks.gpu.ours import ours
 from benchmarks.gpu.sizes import Sizes
 from benchmarks.gpu.timing import Case, Row, rate, timed, value
+from motorspace.analysis.coordinates import COMPONENTS
+from motorspace.evaluation.evaluate import evaluate
 from motorspace.training.config import RunConfig
+from motorspace.training.run import train_together
 from motorspace.training.settings import changed
 
-PRECISIONS = ("float32", "tensorfloat32", "bfloat16")
+PRECISIONS = ("float32", "tf32", "bf16")
 
 
 def counted(num: int, what: str = "run") -> str:
@@ -48,33 +52,48 @@ def precision(sizes: Sizes) -> Iterator[Case]:
     """Milliseconds of an update of several runs, and what they have learned after many."""
     for name in PRECISIONS:
         yield partial(_time_at, name, sizes)
-        yield partial(_loss_at, name, sizes)
+        yield partial(_learned_at, name, sizes)
 
 
 def _time_at(name: str, sizes: Sizes) -> list[Row]:
-    config, num = _of_precision(sizes), sizes.precision_runs
-    timing = timed(ours(config, num, sizes.epochs, fresh=True, precision=in_jax(name)), sizes)
+    config, num = _of_precision(name, sizes), sizes.precision_runs
+    timing = timed(ours(config, num, sizes.epochs, fresh=True), sizes)
     taken = 1e3 * timing.median / (sizes.epochs * config.training.num_updates)
-    beside = {} if name == PRECISIONS[0] else {"beside": f"an update, {PRECISIONS[0]}"}
-    return value(f"an update, {name}", counted(num), taken, "ms", **beside)
+    return value(f"an update, {name}", counted(num), taken, "ms", **_beside("an update", name))
 
 
-def _loss_at(name: str, sizes: Sizes) -> list[Row]:
-    config, num = _of_precision(sizes), sizes.precision_runs
-    run = ours(config, num, config.training.epochs, fresh=True, precision=in_jax(name))
-    losses = np.asarray(run(), float)
+def _learned_at(name: str, sizes: Sizes) -> list[Row]:
+    """Error and structure of runs of several seeds, beside those of float32."""
+    config, num = _of_precision(name, sizes), sizes.precision_runs
+    seeded = [changed(config, {"seed": seed}) for seed in range(num)]
+    with TemporaryDirectory() as folder:
+        runs = train_together(seeded, [Path(folder, str(n)) for n in range(num)])
+    found = [evaluate(run, num=sizes.precision_tests) for run in runs]
+    measured = {
+        "error": [one["prediction.error"] for one in found],
+        "lowest linear R2": [min(one[f"probe_r2.{c}"] for c in COMPONENTS) for one in found],
+    }
     after = f"{counted(num)}, {counted(config.training.epochs, 'epoch')}"
-    beside = {} if name == PRECISIONS[0] else {"beside": f"final loss, {PRECISIONS[0]}"}
-    found = {"deviation": losses.std(), "losses": losses.tolist()}
-    return value(f"final loss, {name}", after, losses.mean(), "of the scale²", **beside, **found)
+    units = {"error": "sensor units²", "lowest linear R2": ""}
+    return [
+        row
+        for what, numbers in measured.items()
+        for row in value(
+            f"{what}, {name}",
+            after,
+            float(np.mean(numbers)),
+            units[what],
+            deviation=float(np.std(numbers)),
+            each=numbers,
+            **_beside(what, name),
+        )
+    ]
 
 
-def _of_precision(sizes: Sizes) -> RunConfig:
-    return changed(sizes.config(), {"epochs": sizes.precision_epochs})
+def _beside(what: str, name: str) -> dict[str, str]:
+    return {} if name == PRECISIONS[0] else {"beside": f"{what}, {PRECISIONS[0]}"}
 
 
-def in_jax(name: str) -> str:
-    """What JAX calls a precision of products: with inputs in float32, `bfloat16` leaves it free
-    to use more on a GPU; this algorithm does not, but is not there for a CPU."""
-    exact = name == "bfloat16" and jax.default_backend() == "gpu"
-    return "BF16_BF16_F32" if exact else name
+def _of_precision(name: str, sizes: Sizes) -> RunConfig:
+    settings = {"epochs": sizes.precision_epochs, "precision": name, "curriculum": 0.3}
+    return changed(sizes.config(), settings)

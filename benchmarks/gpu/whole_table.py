@@ -51,16 +51,14 @@ def _of_agent(agent: str, sizes: Sizes, taken: list[dict[str, float]]) -> list[R
 
 
 def whole_table(agent: str, sizes: Sizes) -> dict[float, list[float]]:
-    """The last losses of the seeds of every cell of an agent, by its rotation."""
-    losses = {}
-    for rotation in sizes.rotations:
-        configs = [
-            changed(system(agent, rotation, "paper", seed), _settings(sizes))
-            for seed in range(sizes.seeds)
-        ]
-        with TemporaryDirectory() as folder:
-            runs = train_together(configs, [Path(folder, str(n)) for n in range(sizes.seeds)])
-        losses[rotation] = [float(run.log[-1]["prediction_loss"]) for run in runs]
+    """The last losses of the seeds of every cell of an agent, by its rotation; one program."""
+    runs = [(r, seed) for r in sizes.rotations for seed in range(sizes.seeds)]
+    configs = [changed(system(agent, r, "paper", seed), _settings(sizes)) for r, seed in runs]
+    with TemporaryDirectory() as folder:
+        trained = train_together(configs, [Path(folder, str(n)) for n in range(len(runs))])
+    losses: dict[float, list[float]] = {rotation: [] for rotation in sizes.rotations}
+    for (rotation, _), run in zip(runs, trained, strict=True):
+        losses[rotation].append(float(run.log[-1]["prediction_loss"]))
     return losses
 
 

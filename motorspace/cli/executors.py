@@ -42,9 +42,9 @@ def executor_of(options: argparse.Namespace) -> Executor:
         from motorspace.running.ray_cluster import RayExecutor
 
         return RayExecutor(options.address, gpus=options.gpus, modules=modules)
-    import jax
+    from motorspace._devices import on_accelerator
 
-    if jax.default_backend() != "cpu":
+    if on_accelerator():
         from motorspace.running.trainer import train_team
 
         return OneProgram(train_team, modules)

@@ -43,8 +43,8 @@ def calls(
 ) -> Iterator[tuple[list[TrainState], list[list[Record]]]]:
     """The states after each call of their program up to an epoch, and the records of that call."""
     bare = [state.with_scaling(UNSCALED) for state in states]
-    alone, (own, shared) = len(states) == 1, _parted(tasks)
-    now, epoch, pace = bare[0] if alone else _stacked(bare), int(states[0].epoch), 1
+    alone, (own, shared) = len(states) == 1, parted(tasks)
+    now, epoch, pace = bare[0] if alone else stacked(bare), int(states[0].epoch), 1
     while epoch < until:
         num = min(pace, until - epoch, every - epoch % every)
         begun = time.perf_counter()
@@ -72,13 +72,13 @@ def _logged(epoch: int, records: EpochRecord, num: int) -> list[Record]:
     ]
 
 
-def _stacked(trees: Sequence[Tree]) -> Tree:
+def stacked(trees: Sequence[Tree]) -> Tree:
     """Trees that are alike as one, whose arrays have a row for each."""
     arrays, rest = zip(*(eqx.partition(tree, eqx.is_array) for tree in trees), strict=True)
     return eqx.combine(jax.tree.map(lambda *leaves: jnp.stack(leaves), *arrays), rest[0])
 
 
-def _parted(tasks: Sequence[Task]) -> tuple[Task, Task]:
+def parted(tasks: Sequence[Task]) -> tuple[Task, Task]:
     """Tasks that are alike as what differs, with a row for each, and what does not."""
     first, *others = tasks
 
@@ -87,7 +87,7 @@ def _parted(tasks: Sequence[Task]) -> tuple[Task, Task]:
 
     own = jax.tree.map(differs, first, *others)
     parts = [eqx.partition(task, own) for task in tasks]
-    return _stacked([mine for mine, _ in parts]), parts[0][1]
+    return stacked([mine for mine, _ in parts]), parts[0][1]
 
 
 def _rows(states: TrainState, records: EpochRecord) -> tuple[list[TrainState], list[EpochRecord]]:
@@ -100,5 +100,5 @@ def _rows(states: TrainState, records: EpochRecord) -> tuple[list[TrainState], l
 
 
 @eqx.filter_jit
-def _nth(stacked: Tree, place: Count) -> Tree:
-    return jax.tree.map(lambda leaf: leaf[place] if eqx.is_array(leaf) else leaf, stacked)
+def _nth(together: Tree, place: Count) -> Tree:
+    return jax.tree.map(lambda leaf: leaf[place] if eqx.is_array(leaf) else leaf, together)

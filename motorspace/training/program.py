@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import optax
 from jaxtyping import Array, Float, Int
 
+from motorspace._devices import on_accelerator
 from motorspace._types import Count, Key, Keys, Scalar
 from motorspace.models.losses import encode_all, prediction_loss
 from motorspace.models.model import Model, Parts, Scaling, with_fixed, with_scaling
@@ -194,6 +195,4 @@ def keep_best(
 
 def _precise(precision: Precision) -> AbstractContextManager[Any]:
     """Products of matrices as asked for, where JAX runs on a device that has a choice."""
-    if jax.default_backend() == "cpu":
-        return nullcontext()
-    return jax.default_matmul_precision(PRODUCTS[precision])
+    return jax.default_matmul_precision(PRODUCTS[precision]) if on_accelerator() else nullcontext()

@@ -165,13 +165,13 @@ def _simulation_source(config: RunConfig) -> DataSource:
     scaling, draw = simulation_scaling(config), simulator(config)
     if not isinstance(config.data, Derived):
         return DataSource(Simulation(draw), scaling)
-    change = _change_of(config.data)
-    match change.kind:
+    reach = float(config.data.horizon)
+    match config.data.change:
         case "oracle" | "scaled_rotations":
             scaling = Scaling(scaling.sensors, (1.0,) * 4)
         case "supervised":
-            scaling = Scaling((change.reach, change.reach, 1.0, 1.0), scaling.motors)
-    return DataSource(Simulation(draw, change), scaling)
+            scaling = Scaling((reach, reach, 1.0, 1.0), scaling.motors)
+    return DataSource(Simulation(draw, _change_of(config.data)), scaling)
 
 
 @dataclass(frozen=True)
