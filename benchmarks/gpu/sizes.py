@@ -23,7 +23,7 @@ class Sizes:
     runs: tuple[int, ...] = (1, 4, 16, 64, 256)
     """Runs that are trained at once."""
     networks: tuple[int, ...] = (16, 64)
-    """Networks that PyTorch trains at once."""
+    """Networks that PyTorch trains at once; the most of them also at each precision."""
     trajectories_per_epoch: int = 2_000
     batch: int = 100
     updates: int = 100

@@ -56,15 +56,16 @@ def precision(sizes: Sizes) -> Iterator[Case]:
 
 
 def _time_at(name: str, sizes: Sizes) -> list[Row]:
-    config, num = _of_precision(name, sizes), sizes.precision_runs
-    timing = timed(ours(config, num, sizes.epochs, fresh=True), sizes)
+    config, num = changed(sizes.config(), {"precision": name}), sizes.networks[-1]
+    timing = timed(ours(config, num, sizes.epochs, fresh=False), sizes)
     taken = 1e3 * timing.median / (sizes.epochs * config.training.num_updates)
     return value(f"an update, {name}", counted(num), taken, "ms", **_beside("an update", name))
 
 
 def _learned_at(name: str, sizes: Sizes) -> list[Row]:
     """Error and structure of runs of several seeds, beside those of float32."""
-    config, num = _of_precision(name, sizes), sizes.precision_runs
+    settings = {"epochs": sizes.precision_epochs, "precision": name, "curriculum": 0.3}
+    config, num = changed(sizes.config(), settings), sizes.precision_runs
     seeded = [changed(config, {"seed": seed}) for seed in range(num)]
     with TemporaryDirectory() as folder:
         runs = train_together(seeded, [Path(folder, str(n)) for n in range(num)])
@@ -92,8 +93,3 @@ def _learned_at(name: str, sizes: Sizes) -> list[Row]:
 
 def _beside(what: str, name: str) -> dict[str, str]:
     return {} if name == PRECISIONS[0] else {"beside": f"{what}, {PRECISIONS[0]}"}
-
-
-def _of_precision(name: str, sizes: Sizes) -> RunConfig:
-    settings = {"epochs": sizes.precision_epochs, "precision": name, "curriculum": 0.3}
-    return changed(sizes.config(), settings)
