@@ -5,7 +5,7 @@ BASE := .venv/.base
 STAMP := .venv/.installed
 PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt --editable
 
-.PHONY: demo test test-slow lint format reproduce bench bench-system tables tutorials docs clean
+.PHONY: demo test test-slow lint format reproduce bench bench-system bench-gpu tables tutorials docs clean
 
 demo: $(BASE)
 	$(BIN)/motorspace demo --out demo
@@ -33,6 +33,11 @@ reproduce: $(STAMP)
 bench: .venv-bench/.installed
 	.venv-bench/bin/python -m benchmarks
 	.venv-bench/bin/python -m docs.tables
+
+# On a device: needs JAX with CUDA in the environment; without a GPU it says so and ends.
+bench-gpu: $(STAMP)
+	$(BIN)/python -m benchmarks.gpu
+	$(BIN)/python -m docs.tables
 
 # What Open3D and the measurement of the peak need from the system.
 bench-system:

@@ -53,9 +53,8 @@ def launches(spread: Mapping[str, float]) -> Launches:
     return Launches((spread["low"], spread["median"], spread["high"]))
 
 
-def tables(file: Mapping[str, Any], reasons: Sequence[Reason]) -> dict[str, Sequence[Line]]:
-    """The tables of the documentation, from what `make bench` has measured."""
-    found, rows = claims(file["rows"], reasons), file["rows"]
+def tables(rows: Sequence[Mapping[str, Any]], found: Sequence[Claim]) -> dict[str, Sequence[Line]]:
+    """The tables of the documentation, from what `make bench` has measured and all claims."""
     return {
         "benchmarks": [_rates(row) for row in rows],
         "benchmarks_short": [_medians(row) for row in rows if _shown(row)],
@@ -75,7 +74,8 @@ def _shown(row: Mapping[str, Any]) -> bool:
     return any(goal.shown and goal.fits(row) for goal in goals())
 
 
-def _rounded(rate: float) -> str:
+def rounded(rate: float) -> str:
+    """A rate to three digits."""
     return f"{float(f'{rate:.3g}'):,.0f}" if rate >= 1000 else shown(rate)
 
 
@@ -83,9 +83,9 @@ def _medians(row: Mapping[str, Any]) -> Line:
     return {
         "work": row["work"],
         "unit": f"{row['unit']}/s",
-        "motorspace": _rounded(row["ours"]["median"]),
+        "motorspace": rounded(row["ours"]["median"]),
         "peer": row["peer"],
-        "its rate": _rounded(row["theirs"]["median"]),
+        "its rate": rounded(row["theirs"]["median"]),
         "ratio": row["ratio"]["median"],
     }
 
@@ -94,7 +94,7 @@ def _rates(row: Mapping[str, Any]) -> Line:
     """Ours beside a peer, the median and the range over launches."""
 
     def spread(values: Mapping[str, float]) -> str:
-        low, median, high = map(_rounded, launches(values).values)
+        low, median, high = map(rounded, launches(values).values)
         return f"{median} ({low} to {high})"
 
     return {

@@ -10,7 +10,6 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from matplotlib.figure import Figure
@@ -18,15 +17,14 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from benchmarks.__main__ import OUT, machine
 from benchmarks.harness import best_seconds
-from benchmarks.suites.sampling import sampler
+from benchmarks.programs import ONE_EPOCH, of_many, of_one, sampler
 from benchmarks.suites.whole_table import side_by_side
 from motorspace._files import write_json
 from motorspace._types import Pose
 from motorspace.training.config import RunConfig
 from motorspace.training.data import simulated
-from motorspace.training.fit import horizon_of, init, train_epoch, train_epoch_together
+from motorspace.training.program import train_epochs, train_epochs_together
 from motorspace.training.settings import changed
-from motorspace.training.sources import simulation_scaling, source_of
 from motorspace.trajectories.sampling import CHUNK_SIZE, SamplingPlan, simulate
 from motorspace.worlds.layouts import layout
 from motorspace.worlds.rooms import random_rooms
@@ -140,17 +138,11 @@ def work() -> Iterator[dict[str, Any]]:
 
 def seeds_together() -> Iterator[dict[str, Any]]:
     config = changed(FORWARD, {"curriculum": 0.0})
-    data = source_of(config)
-    state = init(config, data.scaling, horizon=horizon_of(data.experience))
     for num in (1, 2, 4, 8):
-        repeated = jax.tree.map(
-            lambda leaf, num=num: jnp.stack([leaf] * num) if eqx.is_array(leaf) else leaf, state
-        )
-        keys = jax.random.split(jax.random.key(0), num)
-        given = repeated, data.experience, config.training
-        trained = train_epoch_together.lower(*given, keys=keys).compile()  # type: ignore[attr-defined]
+        given = *of_many(config, num, fresh=True), ONE_EPOCH
+        trained = train_epochs_together.lower(*given).compile()  # type: ignore[attr-defined]
         seconds = best_seconds(
-            lambda: jax.block_until_ready(trained(*given, keys=keys)),  # noqa: B023
+            lambda: jax.block_until_ready(trained(*given)),  # noqa: B023
             seconds=5.0,
         )
         samples = num * config.training.trajectories_per_epoch
@@ -166,11 +158,9 @@ def updates(what: str, value: int, config: RunConfig, batch: int) -> dict[str, A
     num = max(NUM_UPDATES, 200 // batch) * batch
     size = {"trajectories_per_epoch": num, "batch_size": batch, "curriculum": 0.0}
     config = changed(config, size)
-    data = sampler(config)(jax.random.key(0), jnp.array(0))
-    state = init(config, simulation_scaling(config), horizon=simulated(config.data).horizon)
-    given, key = (state, data, config.training), jax.random.key(0)
-    trained = train_epoch.lower(*given, key=key).compile()  # type: ignore[attr-defined]
-    seconds = best_seconds(lambda: jax.block_until_ready(trained(*given, key=key)), seconds=2.0)
+    given = *of_one(config, sampler(config)(jax.random.key(0), jnp.array(0))), ONE_EPOCH
+    trained = train_epochs.lower(*given).compile()  # type: ignore[attr-defined]
+    seconds = best_seconds(lambda: jax.block_until_ready(trained(*given)), seconds=2.0)
     return row(what, value, seconds / num, memory(trained.compiled) / num)
 
 

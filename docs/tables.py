@@ -6,13 +6,15 @@ With --check nothing is written: what is not as the results say is named.
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
 import benchmarks.claims
+import benchmarks.gpu.claims
 from motorspace._files import write_atomically
 from motorspace.analysis.measures import Measure, measures
 from motorspace.reports.tables import filled, markdown_table, places
 from motorspace.studies.tables import Results
-from motorspace.studies.targets import complaints
+from motorspace.studies.targets import Claim, complaints
 
 ROOT = Path(__file__).parent.parent
 RESULTS = Results(ROOT / "results")
@@ -26,10 +28,24 @@ def pages() -> list[Path]:
 
 def tables() -> dict[str, str]:
     """Every table by the name of its place."""
-    file = json.loads((RESULTS.folder / "benchmarks.json").read_text())
-    others = benchmarks.claims.tables(file, RESULTS.reasons())
-    others["measures"] = [_measure(row) for row in measures()]
+    rows, gpu = _measured("benchmarks")["rows"], _measured("gpu")
+    others = benchmarks.claims.tables(rows, speed())
+    others |= {"gpu": benchmarks.gpu.claims.lines(gpu, short=False)}
+    others |= {"gpu_short": benchmarks.gpu.claims.lines(gpu, short=True)}
+    others |= {"measures": [_measure(row) for row in measures()]}
     return RESULTS.tables() | {name: markdown_table(lines) for name, lines in others.items()}
+
+
+def speed() -> list[Claim]:
+    """What is claimed of the rates, on a CPU and on a GPU."""
+    rows, reasons = _measured("benchmarks")["rows"], RESULTS.reasons()
+    on_gpu = benchmarks.gpu.claims.claims(_measured("gpu"), rows, reasons)
+    return benchmarks.claims.claims(rows, reasons) + on_gpu
+
+
+def _measured(what: str) -> Any:
+    """What a command of the benchmarks has written."""
+    return json.loads((RESULTS.folder / f"{what}.json").read_text())
 
 
 def _measure(row: Measure) -> dict[str, object]:
@@ -44,11 +60,8 @@ def _measure(row: Measure) -> dict[str, object]:
 
 def problems() -> list[str]:
     """A sentence for each thing that is wrong in the results."""
-    file = json.loads((RESULTS.folder / "benchmarks.json").read_text())
-    reasons = RESULTS.reasons()
-    claims = RESULTS.claims() + benchmarks.claims.claims(file["rows"], reasons)
     stale = [f"{name}: the configuration has changed since" for name in RESULTS.stale()]
-    return stale + complaints(claims, reasons)
+    return stale + complaints(RESULTS.claims() + speed(), RESULTS.reasons())
 
 
 def main(check: bool) -> None:

@@ -75,7 +75,7 @@ def test_the_page_of_finished_runs(tmp_path, monkeypatch):
     written = re.sub("<script.*?</script>", "", html, flags=re.DOTALL)
     assert not re.search(r'(src|href)="(?!data:|#)', written) and "default-src 'none'" in html
     trained_again = lambda *_, **__: pytest.fail("a finished run was trained again")  # noqa: E731
-    monkeypatch.setattr("motorspace.training.fit.train_epoch", trained_again)
+    monkeypatch.setattr("motorspace.training.calls.train_epochs", trained_again)
     assert demo.demo(out) == page, "it is measured again"
 
 

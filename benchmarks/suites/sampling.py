@@ -1,18 +1,15 @@
 """What drawing fresh trajectories costs of an epoch as the paper trains."""
 
 import os
-from collections.abc import Callable
 
 import jax
 import jax.numpy as jnp
 
 from benchmarks.harness import Contender, Launch, report, take_turns
-from motorspace._types import Count, Key
+from benchmarks.programs import ONE_EPOCH, of_one, sampler
 from motorspace.training.config import RunConfig
-from motorspace.training.fit import horizon_of, init, train_epoch
+from motorspace.training.program import train_epochs
 from motorspace.training.settings import changed
-from motorspace.training.sources import simulator, source_of
-from motorspace.trajectories.transitions import Experience
 
 
 def main() -> None:
@@ -26,20 +23,12 @@ def main() -> None:
     report(Launch("an epoch of the paper", "samples", threads, rates, first, {}, foreign))
 
 
-def sampler(config: RunConfig) -> Callable[[Key, Count], Experience]:
-    """What draws an epoch's fresh transitions."""
-    draw = simulator(config)
-    return jax.jit(lambda key, epoch: draw(key, epoch).experience)
-
-
 def motorspace(config: RunConfig) -> Contender:
     """Fresh trajectories and the updates on them."""
-    data = source_of(config)
-    state = init(config, data.scaling, horizon=horizon_of(data.experience))
-    key = jax.random.key(0)
+    given = of_one(config)
 
     def run() -> None:
-        jax.block_until_ready(train_epoch(state, data.experience, config.training, key=key))
+        jax.block_until_ready(train_epochs(*given, ONE_EPOCH))
 
     return Contender("motorspace", run, config.training.trajectories_per_epoch)
 

@@ -10,12 +10,11 @@ import torch
 from torch import nn
 
 from benchmarks.harness import Contender, Launch, report, take_turns
+from benchmarks.programs import ONE_EPOCH, of_one, sampler
 from benchmarks.roofline import fma_peak
-from benchmarks.suites.sampling import sampler
 from motorspace.training.config import RunConfig
-from motorspace.training.fit import init, train_epoch
+from motorspace.training.program import train_epochs
 from motorspace.training.settings import changed
-from motorspace.training.sources import simulation_scaling
 from motorspace.trajectories.transitions import Experience
 
 UPDATES = 10
@@ -39,11 +38,10 @@ def main() -> None:
 
 
 def motorspace(config: RunConfig, data: Experience) -> Contender:
-    state = init(config, simulation_scaling(config), horizon=6)
-    key = jax.random.key(0)
+    given = of_one(config, data)
 
     def run() -> None:
-        jax.block_until_ready(train_epoch(state, data, config.training, key=key))
+        jax.block_until_ready(train_epochs(*given, ONE_EPOCH))
 
     return Contender("motorspace", run, len(data))
 

@@ -14,8 +14,8 @@ def add_executor_flags(parser: CommandParser) -> None:
         type=count,
         default=2,
         metavar="N",
-        help="Processes of this machine (default: 2). On an accelerator the seeds of a cell train "
-        "as one program instead.",
+        help="Processes of this machine (default: 2). On an accelerator runs that differ by seeds "
+        "and by numbers train as one program instead.",
     )
     add(
         "--address",
@@ -42,9 +42,9 @@ def executor_of(options: argparse.Namespace) -> Executor:
         from motorspace.running.ray_cluster import RayExecutor
 
         return RayExecutor(options.address, gpus=options.gpus, modules=modules)
-    import jax
+    from motorspace._devices import on_accelerator
 
-    if jax.default_backend() != "cpu":
+    if on_accelerator():
         from motorspace.running.trainer import train_team
 
         return OneProgram(train_team, modules)

@@ -90,8 +90,8 @@ def network_of(run: Run) -> Network:
         parts,
         predictor,
         code_size,
-        scaling.motors,
-        scaling.sensors,
+        tuple(map(float, scaling.motors)),
+        tuple(map(float, scaling.sensors)),
         _fixed_horizon(parts, code_size, len(scaling.motors)),
     )
 

@@ -1,10 +1,12 @@
 """The whole network: scaling, motor encoder, sensor predictor, inverse model."""
 
+import dataclasses
 from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from motorspace._types import Code, Count, Key, Motors, Sensors
 from motorspace.models.config import ENCODERS, ModelConfig
@@ -14,10 +16,13 @@ from motorspace.models.predictors import CompositionModel, InverseModel, SensorP
 
 
 class Scaling(eqx.Module):
-    """What each sensor and each command channel is divided by before the network sees it."""
+    """What each sensor and each command channel is divided by before the network sees it.
 
-    sensors: tuple[float, ...] = eqx.field(static=True)
-    motors: tuple[float, ...] = eqx.field(static=True)
+    Numbers, or arrays [K] and [M] within a program that is given them.
+    """
+
+    sensors: tuple[float, ...] | Float[Array, " K"]
+    motors: tuple[float, ...] | Float[Array, " M"]
 
 
 class Model(eqx.Module):
@@ -37,6 +42,15 @@ class Model(eqx.Module):
         """The sensors expected after the sequence behind `code`, raw units."""
         scale = jnp.array(self.scaling.sensors)
         return self.predictor(sensors / scale, code) * scale
+
+
+UNSCALED = Scaling((), ())
+"""In place of numbers that a program is given: networks that differ by them are one program."""
+
+
+def with_scaling(model: Model, scaling: Scaling) -> Model:
+    """The network with other divisors."""
+    return dataclasses.replace(model, scaling=scaling)
 
 
 Parts = tuple[str, ...]
@@ -90,11 +104,11 @@ def build_model(
     if extras.composition:
         composition_key = jax.random.fold_in(key, 3)
         composition = CompositionModel(code_size, config.width_size, key=composition_key)
-    model = Model(encoder, predictor, inverse, scaling, composition)
-    if config.initial_weights == "uniform":
-        return model
-    normal_inputs = config.initial_weights == "normal_inputs"
-    return reinitialised(model, normal_inputs=normal_inputs, key=key)
+    model = Model(encoder, predictor, inverse, UNSCALED, composition)
+    if config.initial_weights != "uniform":
+        normal_inputs = config.initial_weights == "normal_inputs"
+        model = reinitialised(model, normal_inputs=normal_inputs, key=key)
+    return with_scaling(model, scaling)
 
 
 def _code_size(encoder: AbstractMotorEncoder, size: EncoderSize) -> int:

@@ -1,11 +1,11 @@
-"""Where jobs run: in processes of this machine, or as one program for many seeds.
+"""Where jobs run: in processes of this machine, or as one program for many runs.
 
 A third executor, for a Ray cluster, is in `motorspace.running.ray_cluster`.
 """
 
 from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack, closing, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
@@ -107,7 +107,7 @@ def unfinished(jobs: Sequence[Job], folder: Path) -> list[Job]:
 
 @dataclass(frozen=True)
 class OneProgram:
-    """In this process; jobs that differ by their seed alone train as one program.
+    """In this process; jobs that differ by their seeds and by numbers train as one program.
 
     For accelerators, which a single small network leaves idle.
     """
@@ -128,7 +128,7 @@ class OneProgram:
                 for place in places:
                     stack.enter_context(held(place))
                 if self.train is not None and len(team) > 1:
-                    # A seed whose loss explodes stops the others, which then go on alone.
+                    # The others are trained by then, and the one that failed says so again alone.
                     with suppress(UserError):
                         self.train(team, places)
                 for job, place in zip(team, places, strict=True):
@@ -136,13 +136,11 @@ class OneProgram:
 
 
 def _teams(jobs: Sequence[Job]) -> list[list[Job]]:
-    """Jobs that differ by their seed alone; one that does not train is a team of its own."""
+    """Jobs that one program may train; one that does not train is a team of its own."""
     teams: dict[Any, list[Job]] = {}
     for job in jobs:
-        config: Any = job.config
-        alike = replace(config, training=replace(config.training, seed=0))
-        same = (job.study, job.cell, job.measure, alike)
-        teams.setdefault(same if job.trains else job, []).append(job)
+        team = (job.study, job.config.program()) if job.trains else job
+        teams.setdefault(team, []).append(job)
     return [*teams.values()]
 
 

@@ -40,6 +40,9 @@ class Configuration(Protocol):
     def hash(self) -> str:
         """12 hexadecimal digits of the canonical JSON."""
 
+    def program(self) -> str:
+        """The same for runs that one compiled program may train."""
+
 
 @dataclass(frozen=True)
 class Job:

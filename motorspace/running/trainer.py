@@ -7,7 +7,6 @@ from typing import Any
 from motorspace.running.jobs import Job
 from motorspace.running.sweep import Trainer
 from motorspace.training.config import RunConfig
-from motorspace.training.data import Simulated, base_of
 from motorspace.training.settings import configured, simulated_groups
 
 MEASURES = {"prediction": "prediction", "structure": "structure"}
@@ -47,12 +46,8 @@ def _flags(agent: str) -> dict[str, Any]:
 
 
 def train_team(jobs: Sequence[Job], folders: Sequence[Path]) -> None:
-    """Train jobs that differ by their seed alone as one program, from their checkpoints.
-
-    Those that learn from a log have validation data, and are left to train one after another.
-    """
+    """Train jobs that differ by their seeds and by numbers as one program, from checkpoints."""
     from motorspace.training.run import train_together
 
     configs = [job.config for job in jobs if isinstance(job.config, RunConfig)]
-    if isinstance(base_of(configs[0].data), Simulated):
-        train_together(configs, folders, resume=True)
+    train_together(configs, folders, resume=True)

@@ -45,7 +45,8 @@ def measured(run: "Run", num: int) -> Numbers:
 
     from motorspace.evaluation.structure import equivalence
     from motorspace.evaluation.subject import subject_of
-    from motorspace.training.fit import TrainState, fit, horizon_of, init
+    from motorspace.training.fit import fit, horizon_of, init
+    from motorspace.training.program import TrainState
     from motorspace.training.run import Run
     from motorspace.training.sources import source_of
 
@@ -53,16 +54,18 @@ def measured(run: "Run", num: int) -> Numbers:
     config, course = run.config, dict[str, float]()
     training, data = config.training, source_of(config)
 
-    def note(state: TrainState, record: "Record") -> None:
-        epoch = record["epoch"]
-        if epoch % max(1, training.epochs // TIMES) == 0:
+    every = max(1, training.epochs // TIMES)
+
+    def note(state: TrainState, records: "Sequence[Record]") -> None:
+        epoch = records[-1]["epoch"]
+        if epoch % every == 0:
             subject = subject_of(Run(config, state.model))
             found = equivalence(subject, key=jax.random.key(training.seed))
             by_turns = {key: value for key, value in found.items() if key.startswith(TURNS)}
             course.update({f"epoch.{epoch}.{key}": value for key, value in by_turns.items()})
 
     state = init(config, data.scaling, horizon=horizon_of(data.experience))
-    fit(config, state, data.experience, callback=note)
+    fit(config, state, data.experience, callback=note, every=every)
     return course
 
 

@@ -1,5 +1,6 @@
 """A new body, or a new sensor, in the space of codes that another agent has learned."""
 
+from collections.abc import Sequence
 from typing import Literal
 
 import equinox as eqx
@@ -9,7 +10,8 @@ from motorspace._types import Record
 from motorspace.models.model import Scaling, with_parts
 from motorspace.training.config import RunConfig, TrainingConfig
 from motorspace.training.data import Simulated
-from motorspace.training.fit import TrainState, fit, horizon_of, init
+from motorspace.training.fit import fit, horizon_of, init
+from motorspace.training.program import TrainState
 from motorspace.training.run import Run
 from motorspace.training.sources import source_of
 from motorspace.worlds.checks import one_of
@@ -59,10 +61,10 @@ def adapt(
     start = eqx.tree_at(lambda s: s.model, first, with_parts(first.model, run.model, frozen))
     log: list[Record] = []
 
-    def record(_: TrainState, record: Record) -> None:
-        log.append(record)
+    def note(_: TrainState, records: Sequence[Record]) -> None:
+        log.extend(records)
 
-    state = fit(config, start, source.experience, frozen=frozen, callback=record)
+    state = fit(config, start, source.experience, frozen=frozen, callback=note)
     return Run(config, state.selected, tuple(log))
 
 

@@ -17,6 +17,7 @@ from motorspace.worlds.catalog import AGENTS, SENSORS
 from motorspace.worlds.checks import flag, one_of, positive, whole, within
 
 Schedule = Literal["cosine", "constant"]
+Precision = Literal["float32", "tf32", "bf16"]
 MOST_DECAY = 1 - 1e-6
 """Of the moving average: with one of 1 the initial weights would stay."""
 
@@ -60,6 +61,9 @@ class TrainingConfig:
     restarts: int = 1
     """Initial networks that are tried for a tenth of the epochs; the one that predicts best by
     then is trained."""
+    precision: Precision = "float32"
+    """Products of matrices on an accelerator: exact to float32, or with factors rounded to tf32 or
+    bf16; weights and sums are float32 always. A CPU knows float32 alone."""
     seed: int = 0
     """Seed of the initial weights and of every trajectory."""
 
@@ -80,6 +84,7 @@ class TrainingConfig:
         if not whole("seed", self.seed, at_least=0) < 2**31:
             raise UserError(f"seed must be from 0 to {2**31 - 1}, got {self.seed}")
         one_of("schedule", self.schedule, get_args(Schedule))
+        one_of("precision", self.precision, get_args(Precision))
         for name in ("resample_each_epoch", "train_encoder"):
             flag(name, getattr(self, name))
 
@@ -151,8 +156,23 @@ class RunConfig:
         described = self.as_json()
         for data in (described["data"], described["data"].get("base", {})):
             data.pop("path", None)
+        if self.training.precision == "float32":
+            del described["training"]["precision"]  # as before there was a choice
         text = json.dumps(described, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+    def program(self) -> str:
+        """The same for runs that one compiled program may train: seeds and numbers aside."""
+        described = self.as_json()
+        del described["training"]["seed"]
+        return json.dumps(_without_numbers(described), sort_keys=True)
+
+
+def _without_numbers(value: Any) -> Any:
+    """JSON-able data in which a number only says whether it is 0: what is 0 is left out."""
+    if isinstance(value, Mapping):
+        return {name: _without_numbers(entry) for name, entry in value.items()}
+    return value != 0.0 if isinstance(value, float) else value
 
 
 Network = TypeVar("Network", ModelConfig, TrainingConfig)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from motorspace._types import Count, Key, Scalar
 from motorspace.models.losses import (
@@ -21,15 +22,18 @@ from motorspace.models.losses import (
 )
 from motorspace.models.model import Extras, Model
 from motorspace.training.config import TrainingConfig
+from motorspace.training.recipe import Recipe
 from motorspace.trajectories.transitions import Experience
 
 
 class EpochRecord(eqx.Module):
-    """What is logged of one epoch: means over its updates."""
+    """What is logged of an epoch, or of each of several: means over its updates."""
 
-    prediction_loss: Scalar
-    inverse_loss: Scalar
-    code_variance: Scalar
+    prediction_loss: Float[Array, "*epochs"]
+    inverse_loss: Float[Array, "*epochs"]
+    code_variance: Float[Array, "*epochs"]
+    validation_loss: Float[Array, "*epochs"] | None = None
+    """After the epoch, where there are validation data."""
 
 
 class Encoded(NamedTuple):
@@ -39,43 +43,37 @@ class Encoded(NamedTuple):
     earlier: Codes
 
 
-Schedule = Callable[[TrainingConfig, Count], Scalar | float]
-
-
 class Term(NamedTuple):
     """One addend of the objective."""
 
-    weight: float
-    schedule: Schedule
+    schedule: Callable[[Recipe, Count], Scalar | float]
     loss: Callable[[Model, Experience, Encoded], Scalar]
 
 
-def constant(config: TrainingConfig, epoch: Count) -> float:
+def constant(recipe: Recipe, epoch: Count) -> float:
     """1 at every epoch."""
-    del config, epoch
+    del recipe, epoch
     return 1.0
 
 
-def post_curriculum_ramp(config: TrainingConfig, epoch: Count) -> Scalar:
+def post_curriculum_ramp(recipe: Recipe, epoch: Count) -> Scalar:
     """From 0 at the end of the curriculum to 1 after as many epochs again."""
-    return jnp.clip(epoch / max(1, config.curriculum_epochs) - 1, 0.0, 1.0)
+    return jnp.clip(epoch / jnp.maximum(1, recipe.curriculum_epochs) - 1, 0.0, 1.0)
 
 
-def curriculum_noise_scale(config: TrainingConfig, epoch: Count) -> Scalar:
+def curriculum_noise_scale(recipe: Recipe, epoch: Count) -> Scalar:
     """From 1 to 0 over the epochs of the curriculum."""
-    return jnp.maximum(0.0, 1 - (epoch + 1) / (config.curriculum_epochs + 1))
+    return jnp.maximum(0.0, 1 - (epoch + 1) / (recipe.curriculum_epochs + 1))
 
 
-def terms(config: TrainingConfig) -> tuple[Term, ...]:
-    """The terms beside the prediction loss whose weight is above 0."""
-    everything = (
-        Term(config.inverse_weight, constant, lambda m, b, e: inverse_loss(m, b, e.codes)),
-        Term(config.slowness_weight, constant, lambda m, b, e: slowness_loss(*e)),
-        # Full turns fold while sequences are short; isometric commands would hinder that.
-        Term(config.isometry_weight, post_curriculum_ramp, lambda m, b, e: penalty_loss(m, b)),
-        Term(config.composition_weight, constant, lambda m, b, e: composition_loss(m, b, e.codes)),
-    )
-    return tuple(term for term in everything if term.weight > 0)
+TERMS = {
+    "inverse": Term(constant, lambda m, b, e: inverse_loss(m, b, e.codes)),
+    "slowness": Term(constant, lambda m, b, e: slowness_loss(*e)),
+    # Full turns fold while sequences are short; isometric commands would hinder that.
+    "isometry": Term(post_curriculum_ramp, lambda m, b, e: penalty_loss(m, b)),
+    "composition": Term(constant, lambda m, b, e: composition_loss(m, b, e.codes)),
+}
+"""The addends beside the prediction loss, by the name of their weight."""
 
 
 def extras_for(config: TrainingConfig) -> Extras:
@@ -84,19 +82,21 @@ def extras_for(config: TrainingConfig) -> Extras:
 
 
 def objective(
-    model: Model, batch: Experience, config: TrainingConfig, epoch: Count, *, key: Key
+    model: Model, batch: Experience, recipe: Recipe, epoch: Count, *, key: Key
 ) -> tuple[Scalar, EpochRecord]:
     """The loss of a batch: prediction + sum of weight x schedule x term, and what is logged."""
-    if config.slowness_weight > 0:
+    if "slowness" in recipe.weights:
         encoded = Encoded(*encode_last_two(model, batch))
     else:
         encoded = Encoded(*[encode_all(model, batch)] * 2)
     codes = encoded.codes
-    if config.code_noise > 0:
-        amount = config.code_noise * curriculum_noise_scale(config, epoch)
+    if recipe.code_noise is not None:
+        amount = recipe.code_noise * curriculum_noise_scale(recipe, epoch)
         codes = noisy(codes, amount, key=key)
     prediction = total = prediction_loss(model, batch, codes)
-    for term in terms(config):
-        total += term.weight * term.schedule(config, epoch) * term.loss(model, batch, encoded)
+    for name, term in TERMS.items():
+        if name in recipe.weights:
+            weight = recipe.weights[name] * term.schedule(recipe, epoch)
+            total += weight * term.loss(model, batch, encoded)
     inverse = inverse_loss(model, batch, encoded.codes)
     return total, EpochRecord(prediction, inverse, code_variance(encoded.codes))

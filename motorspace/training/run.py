@@ -22,7 +22,8 @@ from motorspace.training import folder as run_folder
 from motorspace.training.checkpoint import packed, unpacked
 from motorspace.training.config import RunConfig
 from motorspace.training.data import Given
-from motorspace.training.fit import COLLAPSED_BELOW, TrainState, fit, fit_together, horizon_of, init
+from motorspace.training.fit import COLLAPSED_BELOW, fit, fit_together, horizon_of, init, task_of
+from motorspace.training.program import TrainState
 from motorspace.training.sources import DataSource, given_source, source_of
 from motorspace.trajectories.transitions import Experience, ExperienceSource
 
@@ -129,9 +130,10 @@ def train(
     if folder is None:
         log: list[Record] = []
 
-        def record_only(_: TrainState, record: Record) -> None:
-            log.append(record)
-            callback(record)
+        def record_only(_: TrainState, records: Sequence[Record]) -> None:
+            log.extend(records)
+            for record in records:
+                callback(record)
 
         state = fit(config, state, data.experience, validation=validation, callback=record_only)
         return Run(config, state.selected, tuple(log))
@@ -154,22 +156,24 @@ def _config_and_source(
 def train_together(
     configs: Sequence[RunConfig], folders: Sequence[Path], *, resume: bool = False
 ) -> list[Run]:
-    """`train` runs that differ by their seed alone as one program: for devices of many cores."""
-    first, *_ = configs
-    data = source_of(first)
-    horizon = horizon_of(data.experience)
+    """`train` several runs at once; those that differ by seeds and numbers are one program.
+
+    For devices of many cores.
+    """
     with ExitStack() as stack:
-        keepers = []
+        keepers, tasks = [], []
         for config, folder in zip(configs, folders, strict=True):
-            state = init(config, data.scaling, horizon=horizon)
+            data = source_of(config)
+            horizon, validated = horizon_of(data.experience), data.validation is not None
+            state = init(config, data.scaling, horizon=horizon, validated=validated)
             described = _described(config, data.scaling, horizon)
             kept = _checkpointed(folder, described, state, resume=resume)
             keepers.append(stack.enter_context(kept))
+            tasks.append(task_of(config, data.scaling, data.experience, validation=data.validation))
         fit_together(
-            first,
+            configs,
             [keeper.state for keeper in keepers],
-            data.experience,
-            seeds=[config.training.seed for config in configs],
+            tasks,
             callbacks=[keeper.record for keeper in keepers],
         )
     return [
@@ -210,7 +214,9 @@ def load_run(folder: str | Path) -> Run:
 
 def _described(config: RunConfig, scaling: Scaling, horizon: int) -> run_folder.Description:
     """What a run's folder says of it."""
-    return run_folder.Description(config, scaling.sensors, scaling.motors, horizon)
+    return run_folder.Description(
+        config, tuple(map(float, scaling.sensors)), tuple(map(float, scaling.motors)), horizon
+    )
 
 
 class _Checkpointer:
@@ -222,10 +228,11 @@ class _Checkpointer:
         self.folder, self.state, self.log, self.callback = folder, state, log, callback
         self.written = time.monotonic()
 
-    def record(self, state: TrainState, record: Record) -> None:
+    def record(self, state: TrainState, records: Sequence[Record]) -> None:
         self.state = state
-        self.log.append(record)
-        self.callback(record)
+        self.log.extend(records)
+        for record in records:
+            self.callback(record)
         if time.monotonic() - self.written > CHECKPOINT_SECONDS:
             self.write()
 

@@ -1,6 +1,5 @@
 """From the data that a configuration names to the transitions that training draws from."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -11,22 +10,50 @@ import jax.numpy as jnp
 import numpy as np
 
 from motorspace._errors import UserError
-from motorspace._types import Count, Key
+from motorspace._types import Count, Key, Scalar
 from motorspace.models.model import Scaling
 from motorspace.recordings.recording import Recording
 from motorspace.recordings.windows import split_blocks, windows
-from motorspace.training.config import RunConfig, TrainingConfig
-from motorspace.training.data import Data, Derived, Logged, Simulated, base_of, simulated
+from motorspace.training.config import RunConfig
+from motorspace.training.data import (
+    Data,
+    Derived,
+    DerivedKind,
+    Logged,
+    Simulated,
+    base_of,
+    simulated,
+)
 from motorspace.trajectories import derived
 from motorspace.trajectories.sampling import SamplingPlan, simulate
 from motorspace.trajectories.transitions import Experience, ExperienceSource, Trajectories
+from motorspace.worlds.agents import AbstractAgent
+from motorspace.worlds.scenario import Scenario
 
 SPLIT_SEED = 0
 
 ROUNDING = 1e-5
 """Spread of a command that does not vary, relative to its magnitude."""
 
-Draw = Callable[[Key, Count], Trajectories]
+
+class Change(eqx.Module):
+    """What a baseline is given for the trajectories of an agent; see `Derived`."""
+
+    kind: DerivedKind = eqx.field(static=True)
+    agent: AbstractAgent
+    reach: float | Scalar
+    """The longest way that a trajectory goes, world units."""
+    angle: float | Scalar
+
+    def __call__(self, sampled: Trajectories, *, key: Key) -> Experience:
+        match self.kind:
+            case "oracle":
+                return derived.displacement_as_motors(sampled, self.reach)
+            case "shuffled":
+                return derived.shuffled(sampled, key=key)
+            case "supervised":
+                return derived.supervised(sampled)
+        return derived.scaled_rotations(self.agent, sampled, angle=self.angle)
 
 
 @dataclass(frozen=True)
@@ -41,18 +68,13 @@ class DataSource:
 def source_of(config: RunConfig) -> DataSource:
     """The source of the data that the configuration names. Raises `UserError` if it names none."""
     match config.data:
-        case Simulated():
-            draw = simulator(config)
-            return DataSource(
-                lambda key, epoch: draw(key, epoch).experience, simulation_scaling(config)
-            )
+        case Simulated() | Derived(base=Simulated()):
+            return _simulation_source(config)
         case Logged():
             data = logged_data(config.data)
             return DataSource(data.train.experience, data.scaling, data.validation.experience)
-        case Derived(base=Logged()):
-            return _derived_from_log(config.data)
         case Derived():
-            return _derived_from_simulation(config, config.data)
+            return _derived_from_log(config.data)
     raise UserError(
         f"the configuration names no data ({config.data.description})",
         remedy="pass them: train(config, experience)",
@@ -72,31 +94,53 @@ def given_source(
     return DataSource(experience, scaling)
 
 
-def simulator(config: RunConfig) -> Draw:
+class Simulator(eqx.Module):
     """A function from a key and the epoch to one epoch's new trajectories.
 
     With large rotations the outcome of T commands says almost nothing about any one of them,
     much as a parity of T bits, and learning sits still. So the first epochs (`curriculum`) draw
     shorter sequences, of 1 command and then of up to 2, 3 ... T, which show what each one does.
     """
+
+    scenario: Scenario
+    plan: SamplingPlan = eqx.field(static=True)
+    shortest: int = eqx.field(static=True)
+    """Commands of the shortest trajectory once the curriculum is over."""
+    curriculum_epochs: Count
+    only_key: Key | None
+    """The key of every epoch's trajectories, if they are to be the same."""
+
+    def __call__(self, key: Key, epoch: Count) -> Trajectories:
+        key = key if self.only_key is None else self.only_key
+        return simulate(self.scenario, self.plan, self._lengths(epoch), key=key)
+
+    def _lengths(self, epoch: Count) -> tuple[Count, Count]:
+        """The shortest and the longest trajectory of an epoch."""
+        horizon, growing = self.plan.horizon, self.curriculum_epochs
+        grown = 1 + epoch * horizon // jnp.maximum(growing, 1)
+        shortest = jnp.where(epoch < growing, 1, self.shortest)
+        return shortest, jnp.where(epoch < growing, grown, horizon)
+
+
+class Simulation(eqx.Module):
+    """What a network is given of simulated trajectories: themselves, or what is derived of them."""
+
+    draw: Simulator
+    change: Change | None = None
+
+    def __call__(self, key: Key, epoch: Count) -> Experience:
+        sampled = self.draw(key, epoch)
+        return sampled.experience if self.change is None else self.change(sampled, key=key)
+
+
+def simulator(config: RunConfig) -> Simulator:
+    """What draws the trajectories of a simulated run."""
     data, training = simulated(config.data), config.training
-    scenario = data.scenario()
     plan = SamplingPlan(training.trajectories_per_epoch, data.horizon, data.collision)
-
-    def draw(key: Key, epoch: Count) -> Trajectories:
-        if not training.resample_each_epoch:
-            key = jax.random.key(training.seed)
-        return simulate(scenario, plan, _lengths(data, training, epoch), key=key)
-
-    return draw
-
-
-def _lengths(data: Simulated, training: TrainingConfig, epoch: Count) -> tuple[Count, Count]:
-    """The shortest and the longest trajectory of an epoch."""
+    only_key = None if training.resample_each_epoch else jax.random.key(training.seed)
+    growing = jnp.int32(training.curriculum_epochs)
     shortest = data.min_horizon or data.horizon
-    in_curriculum = epoch < training.curriculum_epochs
-    grown = 1 + epoch * data.horizon // max(training.curriculum_epochs, 1)
-    return jnp.where(in_curriculum, 1, shortest), jnp.where(in_curriculum, grown, data.horizon)
+    return Simulator(data.scenario(), plan, shortest, growing, only_key)
 
 
 def simulation_scaling(config: RunConfig) -> Scaling:
@@ -110,29 +154,24 @@ def simulation_scaling(config: RunConfig) -> Scaling:
 
 def derive(data: Derived, sampled: Trajectories, *, key: Key) -> Experience:
     """What a baseline on simulated data is given for these trajectories."""
-    reach = float(data.horizon)
-    match data.change:
-        case "oracle":
-            return derived.displacement_as_motors(sampled, reach)
-        case "shuffled":
-            return derived.shuffled(sampled, key=key)
-        case "supervised":
-            return derived.supervised(sampled)
-    return derived.scaled_rotations(data.scenario().agent, sampled, angle=data.angle)
+    return _change_of(data)(sampled, key=key)
 
 
-def _derived_from_simulation(config: RunConfig, data: Derived) -> DataSource:
-    draw, scaling, reach = simulator(config), simulation_scaling(config), float(data.horizon)
+def _change_of(data: Derived) -> Change:
+    return Change(data.change, data.scenario().agent, float(data.horizon), data.angle)
 
-    def experience(key: Key, epoch: Count) -> Experience:
-        return derive(data, draw(key, epoch), key=key)
 
-    match data.change:
+def _simulation_source(config: RunConfig) -> DataSource:
+    scaling, draw = simulation_scaling(config), simulator(config)
+    if not isinstance(config.data, Derived):
+        return DataSource(Simulation(draw), scaling)
+    reach = float(config.data.horizon)
+    match config.data.change:
         case "oracle" | "scaled_rotations":
             scaling = Scaling(scaling.sensors, (1.0,) * 4)
         case "supervised":
             scaling = Scaling((reach, reach, 1.0, 1.0), scaling.motors)
-    return DataSource(experience, scaling)
+    return DataSource(Simulation(draw, _change_of(config.data)), scaling)
 
 
 @dataclass(frozen=True)

@@ -5,13 +5,13 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from motorspace._errors import UserError
-from motorspace._types import Count, Displacement, Key, Motors, Pose
+from motorspace._types import Count, Displacement, Key, Motors, Pose, Scalar
 from motorspace.trajectories.transitions import Experience, Trajectories
 from motorspace.worlds.agents import AbstractAgent
 from motorspace.worlds.simulation import nominal_displacement
 
 
-def displacement_as_motors(trajectories: Trajectories, reach: float) -> Experience:
+def displacement_as_motors(trajectories: Trajectories, reach: float | Scalar) -> Experience:
     """The oracle's experience: one «command» that is the achieved displacement itself.
 
     Fitted with the identity encoder, it shows what the predictor could reach with a perfect code.
@@ -36,7 +36,7 @@ def displacement_as_motors(trajectories: Trajectories, reach: float) -> Experien
 
 
 def scaled_rotations(
-    agent: AbstractAgent, trajectories: Trajectories, *, angle: float
+    agent: AbstractAgent, trajectories: Trajectories, *, angle: float | Scalar
 ) -> Experience:
     """The experience of an oracle that computes displacements with all rotations scaled.
 

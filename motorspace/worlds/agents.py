@@ -23,6 +23,9 @@ from motorspace.worlds.world import AbstractWorld, LatticeWorld
 class AbstractAgent(eqx.Module):
     """What a body must answer; its fields are its options.
 
+    A number among them is an argument of compiled programs unless its field is static: bodies that
+    differ by it are trained as one program.
+
     Commands are in the agent's own units (radians, world units). `start` answers for one agent;
     `move` and `turn` for one or for any batch.
     """
@@ -65,7 +68,7 @@ class ForwardAgent(AbstractAgent):
     """
 
     max_rotation: float = eqx.field(
-        static=True, default=0.8 * math.pi, metadata={"in_pi": True, "positive": True}
+        default=0.8 * math.pi, metadata={"in_pi": True, "positive": True}
     )
     """Largest body rotation per step."""
 
@@ -105,7 +108,7 @@ class HolonomicAgent(AbstractAgent):
     """
 
     max_rotation: float = eqx.field(
-        static=True, default=0.8 * math.pi, metadata={"in_pi": True, "positive": True}
+        default=0.8 * math.pi, metadata={"in_pi": True, "positive": True}
     )
     """Largest body rotation per step."""
     head_rule: Literal["set", "turn"] = eqx.field(static=True, default="set")

@@ -13,7 +13,8 @@ from jaxtyping import Array, Float, Int
 from motorspace._errors import UserError
 from motorspace._types import Flags, Key, Motor
 
-Bounds = tuple[float, ...]
+Bounds = tuple[Any, ...]
+"""Numbers, one for each channel; scalar arrays within a program that is given them."""
 
 
 class AbstractCommands(abc.ABC):
@@ -94,31 +95,31 @@ class ContinuousCommands(AbstractCommands):
 
     def from_unit(self, action: Float[Array | np.ndarray, "M *batch"]) -> Motor:
         """The command at an action in [-1, 1], of one agent or a batch; others are clipped."""
+        symmetric, span, offset = self._stretch(action)
         action = jnp.clip(action, -1.0, 1.0)
-        share = jnp.where(_channels(self._symmetric, action), action, (action + 1.0) / 2.0)
-        return self._stretched(share)
+        return jnp.where(symmetric, action, (action + 1.0) / 2.0) * span + offset
 
     def spread(self, share: Float[Any, "M *batch"]) -> Float[Any, "M *batch"]:
         """The commands at shares in [0, 1] of the way from `low` to `high`; NumPy or JAX."""
+        symmetric, span, offset = self._stretch(share)
         xp = share.__array_namespace__()
-        return self._stretched(xp.where(_channels(self._symmetric, share), 2 * share - 1, share))
+        return xp.where(symmetric, 2 * share - 1, share) * span + offset
 
     def shares(self, motor: Motor) -> Float[Array, "M *batch"]:
         """How far commands are on the way from `low` to `high`: the inverse of `spread`."""
         low, high = (_channels(bound, motor) for bound in (self.low, self.high))
         return (motor - low) / (high - low)
 
-    def _stretched(self, share: Float[Any, "M *batch"]) -> Float[Any, "M *batch"]:
-        """From shares in [-1, 1], in [0, 1] where a channel is not symmetric, to commands."""
-        pairs = list(zip(self.low, self.high, self._symmetric, strict=True))
-        span = tuple(high if symmetric else high - low for low, high, symmetric in pairs)
-        offset = tuple(0.0 if symmetric else low for low, _, symmetric in pairs)
-        motor = share * _channels(span, share)
-        return motor + _channels(offset, share) if any(offset) else motor
+    def _stretch(self, like: Float[Any, "M *batch"]) -> tuple[Any, Any, Any]:
+        """Which channels are symmetric, and the span and offset that make commands of shares.
 
-    @property
-    def _symmetric(self) -> tuple[bool, ...]:
-        return tuple(low == -high for low, high in zip(self.low, self.high, strict=True))
+        Shares are in [-1, 1] in a symmetric channel, so that 0 is exactly 0, and in [0, 1] in
+        another.
+        """
+        low, high = (_channels(bound, like) for bound in (self.low, self.high))
+        symmetric, xp = low == -high, low.__array_namespace__()
+        offset = xp.where(symmetric, 0.0, low)
+        return symmetric, high - offset, offset
 
 
 @dataclass(frozen=True)
@@ -214,7 +215,9 @@ def _check_bounds(what: str, low: Bounds, high: Bounds, names: tuple[str, ...]) 
             f" got {len(low)} low, {len(high)} high, {len(names)} names"
         )
     for lowest, highest, name in zip(low, high, names, strict=True):
-        if not -math.inf < lowest < highest < math.inf:
+        # Within a compiled program a bound may be an argument, which was checked as a number.
+        known = not isinstance(lowest, jax.core.Tracer) and not isinstance(highest, jax.core.Tracer)
+        if known and not -math.inf < lowest < highest < math.inf:
             raise UserError(f"the {what} {name!r} cannot go from {lowest} to {highest}")
 
 
@@ -225,4 +228,5 @@ def _magnitude(low: float, high: float) -> float:
 def _channels(values: tuple[Any, ...], like: Float[Any, "M *batch"]) -> Any:
     """One value for each channel, over every agent of a batch."""
     dtype = bool if isinstance(values[0], bool) else like.dtype
-    return np.asarray(values, dtype).reshape(-1, *(1,) * (like.ndim - 1))
+    xp = jnp if any(isinstance(value, jax.Array) for value in values) else np
+    return xp.asarray(values, dtype).reshape(-1, *(1,) * (like.ndim - 1))

@@ -10,6 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from motorspace._devices import on_accelerator
+
 Batch = Float[Array, "*batch"]
 Carry = TypeVar("Carry")
 
@@ -19,10 +21,10 @@ REACH = 10.0
 BLOCK = 8
 """Walls that are looked up at once."""
 
-UNROLL = 4
-"""Walls per turn of a loop over walls."""
+UNROLL, ACCELERATOR_UNROLL = 4, 16
+"""Walls per turn of a loop over walls, on a CPU and on a device that launches each operation."""
 
-GROUP = 128
+GROUP, ACCELERATOR_GROUP = 128, 16_384
 """Agents that look for walls together: until the last of them has found what matters."""
 
 FAR_AWAY = 1e6
@@ -71,7 +73,7 @@ class Tiles(eqx.Module):
             numbers = jnp.moveaxis(walls[tile, block], -1, 0)
             ends = numbers.reshape(BLOCK, 2, 2, *tile.shape)
             found, _ = jax.lax.scan(
-                lambda found, wall: (visit(found, wall), None), found, ends, unroll=UNROLL
+                lambda found, wall: (visit(found, wall), None), found, ends, unroll=unroll()
             )
             return block + 1, found
 
@@ -84,20 +86,25 @@ class Tiles(eqx.Module):
         return column * ny + row
 
 
+def unroll() -> int:
+    """Walls per turn of a loop over walls."""
+    return ACCELERATOR_UNROLL if on_accelerator() else UNROLL
+
+
 def in_groups(work: Callable[..., Array], batch: tuple[int, ...], *agents: Any) -> Array:
-    """`work(*agents)`, `GROUP` agents at a time; `batch` is the shape of their axes, the last."""
-    num = math.prod(batch)
-    if num <= GROUP:
+    """`work(*agents)`, group by group; `batch` is the shape of the agents' axes, the last."""
+    num, group = math.prod(batch), ACCELERATOR_GROUP if on_accelerator() else GROUP
+    if num <= group:
         return work(*agents)
-    num_groups = -(-num // GROUP)
+    num_groups = -(-num // group)
 
     def split(leaf: Array) -> Array:
         flat = leaf.reshape(*leaf.shape[: leaf.ndim - len(batch)], num)
-        padding = [(0, 0)] * (flat.ndim - 1) + [(0, num_groups * GROUP - num)]
+        padding = [(0, 0)] * (flat.ndim - 1) + [(0, num_groups * group - num)]
         flat = jnp.pad(flat, padding, mode="edge")
-        return jnp.moveaxis(flat.reshape(*flat.shape[:-1], num_groups, GROUP), -2, 0)
+        return jnp.moveaxis(flat.reshape(*flat.shape[:-1], num_groups, group), -2, 0)
 
-    done = jax.lax.map(lambda group: work(*group), jax.tree.map(split, agents))
+    done = jax.lax.map(lambda agents: work(*agents), jax.tree.map(split, agents))
     joined = jnp.moveaxis(done, 0, -2)
     return joined.reshape(*joined.shape[:-2], -1)[..., :num].reshape(*joined.shape[:-2], *batch)
 

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from motorspace._types import Pose, Walls
-from motorspace.worlds.tiles import UNROLL, Tiles
+from motorspace.worlds.tiles import Tiles, unroll
 
 Batch = Float[Array, "*batch"]
 Point = tuple[Batch, Batch]
@@ -108,4 +108,4 @@ def over_walls(visit: Callable[[Carry, Any], Carry], start: Carry, walls: Any) -
     def advance(found: Carry, wall: Any) -> tuple[Carry, None]:
         return visit(found, wall), None
 
-    return jax.lax.scan(advance, start, walls, unroll=UNROLL)[0]
+    return jax.lax.scan(advance, start, walls, unroll=unroll())[0]

@@ -137,16 +137,18 @@ def test_a_folder_that_another_process_holds_is_waited_for_and_then_named(tmp_pa
     assert "another process" in found.what
 
 
-def test_seeds_of_a_cell_are_trained_as_one_program(tmp_path):
+def test_runs_that_differ_by_seed_and_numbers_are_trained_as_one_program(tmp_path):
     teams = []
 
     def together(team, places):
-        teams.append([job.seed for job in team])
-        raise UserError("one seed stops all: they go on alone")
+        teams.append([(job.config.max_rotation, job.seed) for job in team])
+        raise UserError("one of them failed")
 
     wanted = jobs(0.2, 0.4, seeds=3)
     run_jobs(wanted, tmp_path, execute, executor=OneProgram(together))
-    assert teams == [[0, 1, 2], [0, 1, 2]] and len(values(tmp_path)) == 6
+    (team,) = teams
+    assert sorted(team) == [(r, seed) for r in (0.2, 0.4) for seed in range(3)]
+    assert len(values(tmp_path)) == 6
 
 
 def test_modules_of_the_user_are_imported_by_the_workers(tmp_path, monkeypatch):

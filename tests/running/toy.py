@@ -39,6 +39,9 @@ class ToyConfig:
         canonical = json.dumps(self.as_json(), sort_keys=True)
         return hashlib.sha256(canonical.encode()).hexdigest()[:12]
 
+    def program(self) -> str:
+        return f"{self.agent} {self.hidden_size} {self.encoder}"
+
 
 def configured(agent: str, settings: Mapping[str, Any]) -> ToyConfig:
     """As `motorspace train` turns flags into a configuration."""

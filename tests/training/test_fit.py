@@ -22,10 +22,11 @@ from motorspace.models.losses import (
     slowness_loss,
     spread,
 )
-from motorspace.models.model import Extras, Scaling, build_model
+from motorspace.models.model import UNSCALED, Extras, Scaling, build_model
 from motorspace.training.config import RunConfig, TrainingConfig
 from motorspace.training.data import Given, Simulated
-from motorspace.training.fit import fit, init, most_promising, train_epoch
+from motorspace.training.fit import fit, init, most_promising, task_of
+from motorspace.training.program import train_epochs
 from motorspace.training.sources import simulator
 from motorspace.trajectories.transitions import Experience
 
@@ -90,7 +91,7 @@ def test_a_loss_that_is_not_finite_stops_the_run():
     config = configured()
     state = init(config, SCALING, horizon=3)
     with pytest.raises(UserError, match="no longer finite after epoch 1; lower the learning rate"):
-        fit(config, state, broken, callback=lambda s, r: seen.append(r))
+        fit(config, state, broken, callback=lambda s, r: seen.extend(r))
     assert seen == []
 
 
@@ -160,7 +161,7 @@ def test_commands_are_made_to_keep_lengths_once_the_curriculum_is_over():
         lost.append(float(penalty_loss(state.model, experience)))
 
     state = init(config, SCALING, horizon=3)
-    model = fit(config, state, experience, callback=callback).model
+    model = fit(config, state, experience, callback=callback, every=1).model
     assert lost[15] < 0.2 * min(lost[:8])
     matrices, _ = jax.vmap(model.encoder.matrices)(experience.motors.reshape(-1, 1))
     linear = np.asarray(matrices)[:, :-1, :-1]
@@ -215,9 +216,10 @@ def test_noise_on_the_code_ends_with_the_curriculum(curriculum, same):
     plain = replace(SMALL, epochs=2, curriculum=curriculum)
     losses = []
     for training in (plain, replace(plain, code_noise=1.0)):
-        state = init(configured(training), SCALING, horizon=3)
-        _, record = train_epoch(state, experience, training, key=jax.random.key(0))
-        losses.append(float(record.prediction_loss))
+        config = configured(training)
+        state = init(config, SCALING, horizon=3).with_scaling(UNSCALED)
+        _, records = train_epochs(state, task_of(config, SCALING, experience), jnp.int32(1))
+        losses.append(float(records.prediction_loss[0]))
     assert (losses[0] == losses[1]) is same
 
 
@@ -234,7 +236,7 @@ def test_what_predicts_the_validation_data_best_is_kept():
     train, validation = noisy[:64], noisy[64:]
     config, log = configured(), []
     state = init(config, SCALING, horizon=3, validated=True)
-    state = fit(config, state, train, validation=validation, callback=lambda s, r: log.append(r))
+    state = fit(config, state, train, validation=validation, callback=lambda s, r: log.extend(r))
     errors = [record["validation_loss"] for record in log]
     assert state.best_error == pytest.approx(min(errors))
     selected = prediction_loss(state.selected, validation, encode_all(state.selected, validation))
@@ -262,7 +264,7 @@ def test_of_several_restarts_the_one_that_predicts_best_at_first_is_trained():
     for restart in range(3):
         log = []
         state = init(alone, SCALING, horizon=3, restart=restart)
-        state = fit(alone, state, experience, callback=lambda s, r, log=log: log.append(r))
+        state = fit(alone, state, experience, callback=lambda s, r, log=log: log.extend(r))
         tried.append(state)
         logs.append(log)
     early = [log[training.trial_epochs - 1]["prediction_loss"] for log in logs]
@@ -272,7 +274,7 @@ def test_of_several_restarts_the_one_that_predicts_best_at_first_is_trained():
     assert best != 0, "the seed is one at which restarting helps"
     config, log = configured(training), []
     state = init(config, SCALING, horizon=3)
-    state = fit(config, state, experience, callback=lambda s, r: log.append(r))
+    state = fit(config, state, experience, callback=lambda s, r: log.extend(r))
     assert log == logs[best]
     for got, wanted in zip(
         jax.tree.leaves(state.model), jax.tree.leaves(tried[best].model), strict=True
@@ -287,7 +289,8 @@ def test_a_restart_whose_loss_is_not_finite_is_no_better_than_others():
     broken = eqx.tree_at(
         lambda s: s.model.predictor.mlp.layers[0].weight, first, replace_fn=lambda w: w * jnp.nan
     )
-    chosen = most_promising(config, broken, experience)
+    task = task_of(config, SCALING, experience)
+    (chosen,) = most_promising([config], [broken], [task])
     assert jnp.array_equal(
         chosen.model.predictor.mlp.layers[0].weight, second.model.predictor.mlp.layers[0].weight
     )
