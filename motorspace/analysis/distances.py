@@ -108,7 +108,23 @@ def semipartial(correlations: Float[np.ndarray, "3 3"]) -> float:
 
 
 def centred_distances(points: Points) -> Distances:
-    """Returns the Euclidean distances [J] of all pairs of points [N, P]."""
+    """Returns the Euclidean distances [J] of all pairs of points [N, P].
+
+    On an accelerator they are computed there, in single precision.
+    """
     from scipy.spatial.distance import pdist
 
-    return np.asarray(pdist(points - points.mean(axis=0)))
+    from motorspace._devices import on_accelerator
+
+    centred = points - points.mean(axis=0)
+    return on_device(centred) if on_accelerator() else np.asarray(pdist(centred))
+
+
+def on_device(points: Points) -> Distances:
+    """Returns what `pdist` does, computed where JAX computes."""
+    import jax.numpy as jnp
+
+    first, second = np.triu_indices(len(points), 1)
+    placed = jnp.asarray(points, jnp.float32)
+    apart = jnp.linalg.norm(placed[first] - placed[second], axis=-1)
+    return np.asarray(apart, np.float64)

@@ -255,3 +255,12 @@ def test_congruence_is_0_where_the_code_says_all_and_1_where_it_says_nothing():
     assert composition.congruence_error(codes, codes) == 0.0
     unrelated = rng(1).normal(size=(2000, 3))
     assert composition.congruence_error(codes, unrelated) == pytest.approx(1.0, abs=0.05)
+
+
+def test_an_accelerator_finds_the_same_distances(monkeypatch):
+    points = rng().normal(size=(40, 7)) + 100.0
+    ours = distances.centred_distances(points)
+    monkeypatch.setattr("motorspace._devices.on_accelerator", lambda: True)
+    theirs = distances.centred_distances(points)
+    assert theirs.shape == (40 * 39 // 2,) and not np.array_equal(ours, theirs)
+    np.testing.assert_allclose(theirs, ours, rtol=1e-5)
