@@ -10,20 +10,10 @@ import pytest
 
 from motorspace import se2
 from motorspace._errors import UserError
-from motorspace.judge import (
-    belief,
-    calibration,
-    codes,
-    lines,
-    mounting,
-    odometry,
-    places,
-    roadmap,
-    smoothing,
-    walls,
-)
+from motorspace.judge import belief, codes, places, roadmap
 from motorspace.judge.judge import Calibration, Judge
 from motorspace.judge.store import ARRAYS, DESCRIPTION, load_judge, save_judge
+from motorspace.mapping import calibration, lines, mounting, odometry, smoothing, walls
 from motorspace.mapping.walks import Walk, joined, walk
 from motorspace.worlds.agents import ForwardAgent, HolonomicAgent, LatticeAgent
 from motorspace.worlds.scenario import Scenario
