@@ -5,8 +5,6 @@ prediction within a few steps hardly shows, such as how wide a turn is, they hol
 neighbouring scans can be matched the same displacements are known in the rays' frame.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from jaxtyping import Float
 
@@ -14,14 +12,13 @@ from motorspace._errors import UserError
 from motorspace.mapping.matching import Matches, mutual
 from motorspace.mapping.search import Window, images, search
 from motorspace.mapping.views import Views
+from motorspace.mapping.weighted import Equations
 from motorspace.se2 import exponential, logarithm
 
 Steps = Float[np.ndarray, "3 S"]
 FrameMap = Float[np.ndarray, "3 3"]
 
-ROUNDS, REWEIGHTED = 3, 20
-FEW, TRIES = 4, 300
-"""Matches that a first fit is made to, and how many of those."""
+ROUNDS = 3
 SPREAD = (0.1, 0.25)
 """Standard deviations of guesses: share of the reach, radians."""
 SEARCHED = Window(0.2, 0.8)
@@ -104,43 +101,10 @@ def _fitted(
     *,
     reach: float,
 ) -> FrameMap:
-    """The member of a linear family that fits best: least squares, reweighted (Cauchy)."""
+    """The member of a linear family that fits best: least squares, robust."""
     scale = np.array([reach, reach, 1.0])
     wanted = logarithm(matches.displacement) / scale
     known = np.einsum("uab,eb->eau", family, twists)
-    # What matches say along a corridor is nothing: they are as certain as their walls.
-    covariance = np.linalg.inv(matches.information * np.outer(scale, scale) + np.eye(3))
-    information = np.linalg.inv(covariance + np.diag(LEAST**2))
-    case = _Case(known, wanted, information)
-    # Many matches may be wrong: of fits to a few each, the one that most agree with begins.
-    random, most = np.random.default_rng(0), len(twists)
-    few = [random.choice(most, FEW, replace=False) for _ in range(TRIES)]
-    found = min((case.solved(rows, np.ones(FEW)) for rows in few), key=case.typical)
-    for _ in range(REWEIGHTED):
-        errors = case.errors(found)
-        weight = 1 / (1 + errors / (2 * np.median(errors) + 1e-12))
-        found = case.solved(np.arange(most), weight)
+    information = np.linalg.inv(matches.covariance(reach=reach) + np.diag(LEAST**2))
+    found = Equations(known, wanted, information).fitted()
     return np.asarray(np.einsum("u,uab->ab", found, family) * scale[:, None])
-
-
-class _Case(NamedTuple):
-    """Linear equations with an inverse covariance each."""
-
-    known: Float[np.ndarray, "E 3 U"]
-    wanted: Float[np.ndarray, "E 3"]
-    information: Float[np.ndarray, "E 3 3"]
-
-    def solved(self, rows: np.ndarray, weight: Float[np.ndarray, " R"]) -> np.ndarray:
-        known = self.known[rows]
-        weighted = np.einsum("eau,eab,e->eub", known, self.information[rows], weight)
-        normal = np.einsum("eub,ebv->uv", weighted, known)
-        aim = np.einsum("eub,eb->u", weighted, self.wanted[rows])
-        return np.asarray(np.linalg.lstsq(normal, aim, rcond=None)[0])
-
-    def errors(self, found: np.ndarray) -> Float[np.ndarray, " E"]:
-        """Squared, in standard deviations."""
-        off = self.wanted - self.known @ found
-        return np.asarray(np.einsum("ea,eab,eb->e", off, self.information, off))
-
-    def typical(self, found: np.ndarray) -> float:
-        return float(np.median(self.errors(found)))

@@ -25,6 +25,8 @@ OUTLIER = 0.005
 """How far off a line a point is that counts a quarter, share of the reach."""
 MOVED = 64
 """Points of a view that are moved, at most."""
+SLANT, LEAST_KNOWN = 0.1, 1.0
+"""How far off normals may be, radians; the information of matches that say nothing."""
 CALL_SIZE, CHUNK_SIZE = 256, 32
 """Pairs of one call of the compiled program, and those that it matches at once."""
 
@@ -46,6 +48,17 @@ class Matches(NamedTuple):
     def chosen(self, rows: np.ndarray) -> "Matches":
         """Some of them, by a mask or by indices."""
         return Matches(self.displacement[:, rows], self.information[rows], self.share[rows])
+
+    def covariance(self, *, reach: float) -> Float[np.ndarray, "E 3 3"]:
+        """How uncertain they are, in shares of the reach and radians: along a corridor, wholly."""
+        scale = np.array([reach, reach, 1.0])
+        information = self.information * np.outer(scale, scale)
+        # Walls' normals are a little off, which looks like knowledge of the way along them.
+        across = information[:, 0, 0] + information[:, 1, 1]
+        spurious = SLANT**2 * across[:, None, None] * np.diag([1.0, 1.0, 0.0])
+        sizes, axes = np.linalg.eigh(information - spurious)
+        known = np.maximum(sizes, LEAST_KNOWN)[:, None]
+        return np.asarray((axes / known) @ np.swapaxes(axes, 1, 2))
 
 
 class _Pair(NamedTuple):

@@ -11,11 +11,13 @@ import numpy as np
 from jaxtyping import Float
 from scipy.optimize import nnls
 
+from motorspace.mapping.matching import Matches
+from motorspace.mapping.weighted import Equations
 from motorspace.se2 import adjoint, compose, exponential, inverse, logarithm, relative
 
 Steps = Float[np.ndarray, "3 S"]
 
-ROUNDS = 20
+ROUNDS, FITS = 20, 2
 LIMIT = 5.0
 """Standard deviations beyond which a residual is cut off."""
 MOST_ALIKE = 0.99
@@ -70,36 +72,41 @@ def sizes(steps: Steps, reach: float) -> Float[np.ndarray, "S 3"]:
     return np.stack([np.ones_like(x), x**2 + y**2, angle**2], axis=-1)
 
 
-def fit_motion(steps: Steps, measured: Steps, *, reach: float, correct: bool = True) -> Motion:
+def fit_motion(steps: Steps, measured: Matches, *, reach: float, correct: bool = True) -> Motion:
     """How odometry is off, where displacements have been measured.
 
     Args:
         steps: By odometry, [3, S].
-        measured: The same displacements as matching has them, [3, S].
+        measured: The same displacements as matching has them, S of them.
         reach: The largest reading.
         correct: Whether there is a correction; else there is noise alone.
     """
     scale = np.array([reach, reach, 1.0])
-    off = logarithm(np.asarray(relative(steps, measured))) / scale
+    off = logarithm(np.asarray(relative(steps, measured.displacement))) / scale
+    doubt = measured.covariance(reach=reach)
     known = terms(steps, reach)
-    twist = _robust_fit(known, off) if correct else np.zeros((known.shape[1], 3))
+    twist = _correction(known, off, doubt) if correct else np.zeros((known.shape[1], 3))
     left = off - known @ twist
     motion = Motion(twist, _variances(sizes(steps, reach), left), np.eye(3), reach)
     return motion._replace(correlation=_correlation(left / motion.deviations(steps)))
 
 
-def _robust_fit(
-    known: Float[np.ndarray, "S 6"], off: Float[np.ndarray, "S 3"]
+def _correction(
+    known: Float[np.ndarray, "S 6"],
+    off: Float[np.ndarray, "S 3"],
+    doubt: Float[np.ndarray, "S 3 3"],
 ) -> Float[np.ndarray, "6 3"]:
-    """Least squares that are reweighted: some matches are wrong (Cauchy)."""
-    weight = np.ones(len(off))
-    for _ in range(ROUNDS):
-        rows = np.sqrt(weight)[:, None]
-        twist = np.linalg.lstsq(rows * known, rows * off, rcond=None)[0]
-        left = off - known @ twist
-        typical = 1.4826 * np.median(np.abs(left), axis=0) + 1e-9
-        weight = 1 / (1 + np.sum((left / (LIMIT * typical)) ** 2, axis=-1))
-    return np.asarray(twist)
+    """What is off on average, by matches that are as certain as their walls, and by motion's noise.
+
+    How large the noise is comes out of the fit.
+    """
+    equations = np.einsum("su,ab->saub", known, np.eye(3)).reshape(len(off), 3, -1)
+    noise = LEAST
+    for _ in range(FITS):
+        information = np.linalg.inv(doubt + np.diag(noise**2))
+        twist = Equations(equations, off, information).fitted().reshape(-1, 3)
+        noise = np.maximum(LEAST, 1.4826 * np.median(np.abs(off - known @ twist), axis=0))
+    return twist
 
 
 def _variances(

@@ -144,7 +144,7 @@ def _corrected(views: Views, steps: Float[np.ndarray, "3 S"], reach: float) -> M
     for _ in range(CORRECTIONS):
         rows, matches = mutual(views, pairs, steps, reach=reach, spread=LOOSE, share=SHARE)
         check_matched(len(rows), pairs.shape[1])
-        motion = fit_motion(given[:, rows], matches.displacement, reach=reach)
+        motion = fit_motion(given[:, rows], matches, reach=reach)
         steps = motion.corrected(given)
     return motion
 
@@ -161,7 +161,7 @@ def _uncertain(
     rows, matches = mutual(views, pairs, guess, reach=reach, spread=LOOSE, share=SHARE)
     if len(rows) == 0:
         return motion
-    found = fit_motion(steps[:, rows], matches.displacement, reach=reach, correct=False)
+    found = fit_motion(steps[:, rows], matches, reach=reach, correct=False)
     return found._replace(twist=motion.twist)
 
 

@@ -11,6 +11,8 @@ FAR = 1e6
 """Coordinate of points that do not exist."""
 NEIGHBOUR = 0.05
 """How far apart neighbouring points of one wall may be, share of the reach."""
+NEAR, MOST_NEAR = 0.025, 8
+"""Up to where more points count for the direction of a wall, share of the reach; how many more."""
 GRAIN = 0.01
 """Points of a view that are nearer than this to another are left out, share of the reach."""
 
@@ -47,27 +49,31 @@ def scan_views(
         met: Which of them have met a wall.
         reach: The largest reading.
     """
-    before, after = np.roll(points, 1, axis=1), np.roll(points, -1, axis=1)
-    near_before = _joined(points, before, met & np.roll(met, 1, axis=1), reach)
-    near_after = _joined(points, after, met & np.roll(met, -1, axis=1), reach)
-    low = np.where(near_before[..., None], before, points)
-    high = np.where(near_after[..., None], after, points)
-    along = high - low
-    length = np.linalg.norm(along, axis=-1, keepdims=True)
-    across = np.stack([-along[..., 1], along[..., 0]], axis=-1)
-    normals = np.where(length > 0, across / np.maximum(length, 1e-12), 0.0)
+    weight, near = _neighbours(points, met, reach)
+    middle = np.sum(weight[..., None] * near, axis=0) / np.maximum(weight.sum(axis=0), 1)[..., None]
+    x, y = np.moveaxis(near - middle, -1, 0)
+    xx, xy, yy = (np.sum(weight * product, axis=0) for product in (x * x, x * y, y * y))
+    along = np.arctan2(2 * xy, xx - yy) / 2
+    across = np.stack([-np.sin(along), np.cos(along)], axis=-1)
+    normals = np.where((xx + yy > 0)[..., None], across, 0.0)
     placed = np.where(met[..., None], points, FAR)
     return Views(placed, np.where(met[..., None], normals, 0.0))
 
 
-def _joined(
-    points: Float[np.ndarray, "N K 2"],
-    others: Float[np.ndarray, "N K 2"],
-    both: Bool[np.ndarray, "N K"],
-    reach: float,
-) -> Bool[np.ndarray, "N K"]:
-    gap = np.linalg.norm(points - others, axis=-1)
-    return both & (gap > 0) & (gap < NEIGHBOUR * reach)
+def _neighbours(
+    points: Float[np.ndarray, "N K 2"], met: Bool[np.ndarray, "N K"], reach: float
+) -> tuple[Float[np.ndarray, "W N K"], Float[np.ndarray, "W N K 2"]]:
+    """Points that may be on one wall with each, and whether they are (1 or 0).
+
+    The next ones on either side, and as many more as are really near: the wall through two
+    points that nearly touch is mostly noise.
+    """
+    shifts = np.arange(-MOST_NEAR, MOST_NEAR + 1)
+    near = np.stack([np.roll(points, shift, axis=1) for shift in shifts])
+    both = met & np.stack([np.roll(met, shift, axis=1) for shift in shifts])
+    gap = np.linalg.norm(near - points, axis=-1) / reach
+    limit = np.where(np.abs(shifts) <= 1, NEIGHBOUR, NEAR)[:, None, None]
+    return np.where(both & (gap < limit), 1.0, 0.0), near
 
 
 def joined_views(

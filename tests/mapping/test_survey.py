@@ -6,7 +6,7 @@ import pytest
 from motorspace import se2
 from motorspace._errors import UserError
 from motorspace.analysis.paths import absolute_error, coverage, relative_errors
-from motorspace.mapping.matching import match
+from motorspace.mapping.matching import Matches, match
 from motorspace.mapping.motion import chained, chained_covariance, fit_motion
 from motorspace.mapping.occupancy import agreement, grid_around, occupancy
 from motorspace.mapping.pose_graph import Edges, chordal, joined, optimised
@@ -23,6 +23,11 @@ def badly_known(steps: np.ndarray, seed: int = 0) -> np.ndarray:
     random = np.random.default_rng(seed)
     noisy = steps * (1 + 0.05 * random.normal(size=steps.shape))
     return noisy + np.array([[0.0], [0.0], [0.02]])
+
+
+def certain(displacement: np.ndarray) -> Matches:
+    num = displacement.shape[1]
+    return Matches(displacement, np.tile(1e6 * np.eye(3), (num, 1, 1)), np.ones(num))
 
 
 @pytest.fixture(scope="module")
@@ -114,10 +119,25 @@ def test_covariance_holds_what_it_says():
     true = np.stack([random.uniform(0, 1, num), np.zeros(num), random.uniform(-1, 1, num)])
     noise = np.stack([0.05 * true[0], np.full(num, 0.02), 0.05 * np.abs(true[2])])
     said = true + noise * random.normal(size=true.shape) + np.array([[0.0], [0.0], [0.02]])
-    motion = fit_motion(said[:, :2000], true[:, :2000], reach=REACH)
+    motion = fit_motion(said[:, :2000], certain(true[:, :2000]), reach=REACH)
     steps = motion.corrected(said[:, 2000:])
     errors = relative_errors(chained(steps), chained(true[:, 2000:]), gap=12)
     claimed = chained_covariance(steps, motion.covariance(steps), gap=12)
     covered = coverage(errors, claimed)
     assert covered[0.68] == pytest.approx(0.68, abs=0.06)
     assert covered[0.95] == pytest.approx(0.95, abs=0.04)
+
+
+def test_what_matches_do_not_say_corrects_nothing():
+    random = np.random.default_rng(0)
+    num = 400
+    true = np.stack([random.uniform(0, 1, num), np.zeros(num), random.uniform(-0.02, 0.02, num)])
+    said = true * np.array([[1.1], [1.0], [1.0]])
+    # In most places walls are parallel to the way: matches leave the length as odometry has it.
+    matches = certain(np.where(np.arange(num) % 4 == 0, true, said))
+    corridor = (np.arange(num) % 4 != 0)[:, None, None]
+    forward = np.stack([np.cos(said[2]), -np.sin(said[2]), np.zeros(num)], axis=-1)
+    across = 1e6 * (np.eye(3) - forward[:, :, None] * forward[:, None])
+    matches = matches._replace(information=np.where(corridor, across, matches.information))
+    motion = fit_motion(said, matches, reach=REACH)
+    np.testing.assert_allclose(motion.corrected(said), true, atol=3e-3)
