@@ -1,6 +1,8 @@
 """Linear equations that are as certain as their walls, of which many are wrong: robust solutions.
 
-Least median of squares (Rousseeuw 1984) begins, least squares reweighted by Cauchy's loss end.
+Of fits to a few equations the one with the least of Cauchy's loss begins; least squares that are
+reweighted by it end. A median would do for equations that are all alike: where most of them say
+nothing, as along a corridor, any answer satisfies half of them.
 """
 
 from typing import NamedTuple
@@ -12,7 +14,7 @@ REWEIGHTED = 20
 TRIES = 300
 """First fits, to as few groups of equations each as determine one."""
 CUT = 2.0
-"""Squared errors that count half, in medians."""
+"""Squared errors that count half, in medians or, where these are less, in variances."""
 
 
 class Equations(NamedTuple):
@@ -34,7 +36,7 @@ class Equations(NamedTuple):
         few = min(num, -(-unknown // size) + 1)
         random = np.random.default_rng(0)
         tried = [random.choice(num, few, replace=False) for _ in range(TRIES)]
-        found = min((self._solved(rows, np.ones(few)) for rows in tried), key=self._typical)
+        found = min((self._solved(rows, np.ones(few)) for rows in tried), key=self._loss)
         for _ in range(REWEIGHTED):
             found = self._solved(np.arange(num), self.weights(found))
         return found
@@ -42,7 +44,7 @@ class Equations(NamedTuple):
     def weights(self, found: Float[np.ndarray, " U"]) -> Float[np.ndarray, " E"]:
         """How far each group is believed, from 0 to 1."""
         errors = self._errors(found)
-        return np.asarray(1 / (1 + errors / (CUT * np.median(errors) + 1e-12)))
+        return np.asarray(1 / (1 + errors / (CUT * max(np.median(errors), 1.0))))
 
     def _solved(
         self, rows: Int[np.ndarray, " R"], weight: Float[np.ndarray, " R"]
@@ -58,5 +60,5 @@ class Equations(NamedTuple):
         off = self.wanted - self.known @ found
         return np.asarray(np.einsum("ea,eab,eb->e", off, self.information, off))
 
-    def _typical(self, found: Float[np.ndarray, " U"]) -> float:
-        return float(np.median(self._errors(found)))
+    def _loss(self, found: Float[np.ndarray, " U"]) -> float:
+        return float(np.log1p(self._errors(found)).mean())
