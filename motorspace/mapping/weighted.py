@@ -1,6 +1,6 @@
-"""Linear equations that are as certain as their walls, of which many are wrong: robust solutions.
+"""Linear equations of known uncertainty, many of them wrong, and what most of them agree on.
 
-Least median of squares (Rousseeuw 1984) begins, least squares reweighted by Cauchy's loss end.
+The start is the least median of squares (Rousseeuw 1984); Cauchy weights refine it.
 """
 
 from typing import NamedTuple
