@@ -1,6 +1,6 @@
 """Linear equations of known uncertainty, many of them wrong, and what most of them agree on.
 
-The start is the least median of squares (Rousseeuw 1984); Cauchy weights refine it.
+Least squares with Cauchy weights, if need be from the least median of squares (Rousseeuw 1984).
 """
 
 from typing import NamedTuple
@@ -28,16 +28,24 @@ class Equations(NamedTuple):
     wanted: Float[np.ndarray, "E A"]
     information: Float[np.ndarray, "E A A"]
 
-    def fitted(self) -> Float[np.ndarray, " U"]:
-        """The unknowns that most groups agree with."""
+    def fitted(self, start: Float[np.ndarray, " U"] | None = None) -> Float[np.ndarray, " U"]:
+        """The unknowns by reweighted least squares, from a start or from equal weights."""
+        every, num = np.arange(len(self.wanted)), len(self.wanted)
+        found = self._solved(every, np.ones(num)) if start is None else start
+        for _ in range(REWEIGHTED):
+            found = self._solved(every, self.weights(found))
+        return found
+
+    def by_few(self) -> Float[np.ndarray, " U"]:
+        """Of fits to a few groups each, the one that most groups agree with: many may be wrong.
+
+        Groups that say little agree with any: they must not be most of all.
+        """
         num, size, unknown = self.known.shape
         few = min(num, -(-unknown // size) + 1)
         random = np.random.default_rng(0)
         tried = [random.choice(num, few, replace=False) for _ in range(TRIES)]
-        found = min((self._solved(rows, np.ones(few)) for rows in tried), key=self._typical)
-        for _ in range(REWEIGHTED):
-            found = self._solved(np.arange(num), self.weights(found))
-        return found
+        return min((self._solved(rows, np.ones(few)) for rows in tried), key=self._typical)
 
     def weights(self, found: Float[np.ndarray, " U"]) -> Float[np.ndarray, " E"]:
         """How far each group is believed, from 0 to 1."""
