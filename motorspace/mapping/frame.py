@@ -106,5 +106,6 @@ def _fitted(
     wanted = logarithm(matches.displacement) / scale
     known = np.einsum("uab,eb->eau", family, twists)
     information = np.linalg.inv(matches.covariance(reach=reach) + np.diag(LEAST**2))
-    found = Equations(known, wanted, information).fitted()
+    equations = Equations(known, wanted, information)
+    found = equations.fitted(equations.by_few())
     return np.asarray(np.einsum("u,uab->ab", found, family) * scale[:, None])

@@ -7,16 +7,20 @@ have to say the same.
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from motorspace.mapping.matching import Matches, mutual
 from motorspace.mapping.pose_graph import Edges
 from motorspace.mapping.search import Images, Window, search
 from motorspace.mapping.views import Views
-from motorspace.se2 import compose, relative
+from motorspace.se2 import compose, relative, wrap
 
 NUM_NEAR, NUM_FAR, NUM_TRIED = 5, 12, 2
 """Candidates of each keyframe: the nearest; of many, chosen at random; of those the best."""
+PER_RADIAN = 0.05
+"""How much nearer a view has to be, share of the reach, that is turned by one radian more."""
+TURNED = 1.0
+"""Views that are turned by more seldom overlap, radians: the last of many to be tried."""
 SHARE = 0.5
 """Least share of a view's points on the other one."""
 SPREAD = (0.1, 0.2)
@@ -53,13 +57,14 @@ class Keyframes(NamedTuple):
             poses: Where the keyframes are, [3, V].
             apart: Least length of the way between them.
             within: Greatest distance.
-            most: Pairs for each keyframe; the nearest ones.
+            most: Pairs for each keyframe: the nearest ones, which look the same way.
         """
         found = []
         for second in range(len(self.moments)):
             before = np.searchsorted(self.travelled, self.travelled[second] - apart)
             distance = np.hypot(*(poses[:2, :before] - poses[:2, [second]]))
-            nearest = np.argsort(distance)[:most]
+            turn = np.abs(wrap(poses[2, :before] - poses[2, second]))
+            nearest = np.argsort(distance / self.reach + PER_RADIAN * turn)[:most]
             nearest = nearest[distance[nearest] < within]
             found.append(np.stack([nearest, np.full(len(nearest), second)]))
         return np.concatenate(found, axis=1).astype(np.int64)
@@ -85,7 +90,7 @@ def far_loops(
     reach = keyframes.reach
     within = window.shift * reach
     pairs = keyframes.revisited(poses, apart=apart, within=within, most=len(poses[0]))
-    pairs = _some(pairs, NUM_FAR)
+    pairs = _some(pairs, _turned(poses[2, pairs[0]] - poses[2, pairs[1]]), NUM_FAR)
     guess, overlap = search(seen, pairs, relative(*_at(poses, pairs)), window, reach=reach)
     best = _best(pairs[1], overlap)
     return _checked(keyframes, poses, pairs[:, best], guess[:, best])
@@ -95,9 +100,16 @@ def _at(poses: np.ndarray, pairs: Int[np.ndarray, "2 E"]) -> tuple[np.ndarray, n
     return poses[:, pairs[0]], poses[:, pairs[1]]
 
 
-def _some(pairs: Int[np.ndarray, "2 E"], most: int) -> Int[np.ndarray, "2 K"]:
-    """At most so many pairs for each second keyframe, chosen at random."""
-    order = np.random.default_rng(0).permutation(pairs.shape[1])
+def _turned(angle: np.ndarray) -> Bool[np.ndarray, "*pairs"]:
+    """Whether one looks another way than the other."""
+    return np.asarray(np.abs(wrap(angle)) > TURNED)
+
+
+def _some(
+    pairs: Int[np.ndarray, "2 E"], turned: Bool[np.ndarray, " E"], most: int
+) -> Int[np.ndarray, "2 K"]:
+    """At most so many pairs for each second keyframe: those not turned first, else at random."""
+    order = np.lexsort((np.random.default_rng(0).permutation(len(turned)), turned))
     return pairs[:, np.sort(_first_of_each(pairs[1], order, most))]
 
 

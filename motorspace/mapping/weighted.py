@@ -1,8 +1,6 @@
-"""Linear equations that are as certain as their walls, of which many are wrong: robust solutions.
+"""Linear equations of known uncertainty, many of them wrong, and what most of them agree on.
 
-Of fits to a few equations the one with the least of Cauchy's loss begins; least squares that are
-reweighted by it end. A median would do for equations that are all alike: where most of them say
-nothing, as along a corridor, any answer satisfies half of them.
+Least squares with Cauchy weights, if need be from the least median of squares (Rousseeuw 1984).
 """
 
 from typing import NamedTuple
@@ -14,7 +12,7 @@ REWEIGHTED = 20
 TRIES = 300
 """First fits, to as few groups of equations each as determine one."""
 CUT = 2.0
-"""Squared errors that count half, in medians or, where these are less, in variances."""
+"""Squared errors that count half, in medians."""
 
 
 class Equations(NamedTuple):
@@ -30,21 +28,29 @@ class Equations(NamedTuple):
     wanted: Float[np.ndarray, "E A"]
     information: Float[np.ndarray, "E A A"]
 
-    def fitted(self) -> Float[np.ndarray, " U"]:
-        """The unknowns that most groups agree with."""
+    def fitted(self, start: Float[np.ndarray, " U"] | None = None) -> Float[np.ndarray, " U"]:
+        """The unknowns by reweighted least squares, from a start or from equal weights."""
+        every, num = np.arange(len(self.wanted)), len(self.wanted)
+        found = self._solved(every, np.ones(num)) if start is None else start
+        for _ in range(REWEIGHTED):
+            found = self._solved(every, self.weights(found))
+        return found
+
+    def by_few(self) -> Float[np.ndarray, " U"]:
+        """Of fits to a few groups each, the one that most groups agree with: many may be wrong.
+
+        Groups that say little agree with any: they must not be most of all.
+        """
         num, size, unknown = self.known.shape
         few = min(num, -(-unknown // size) + 1)
         random = np.random.default_rng(0)
         tried = [random.choice(num, few, replace=False) for _ in range(TRIES)]
-        found = min((self._solved(rows, np.ones(few)) for rows in tried), key=self._loss)
-        for _ in range(REWEIGHTED):
-            found = self._solved(np.arange(num), self.weights(found))
-        return found
+        return min((self._solved(rows, np.ones(few)) for rows in tried), key=self._typical)
 
     def weights(self, found: Float[np.ndarray, " U"]) -> Float[np.ndarray, " E"]:
         """How far each group is believed, from 0 to 1."""
         errors = self._errors(found)
-        return np.asarray(1 / (1 + errors / (CUT * max(np.median(errors), 1.0))))
+        return np.asarray(1 / (1 + errors / (CUT * np.median(errors) + 1e-12)))
 
     def _solved(
         self, rows: Int[np.ndarray, " R"], weight: Float[np.ndarray, " R"]
@@ -60,5 +66,5 @@ class Equations(NamedTuple):
         off = self.wanted - self.known @ found
         return np.asarray(np.einsum("ea,eab,eb->e", off, self.information, off))
 
-    def _loss(self, found: Float[np.ndarray, " U"]) -> float:
-        return float(np.log1p(self._errors(found)).mean())
+    def _typical(self, found: Float[np.ndarray, " U"]) -> float:
+        return float(np.median(self._errors(found)))

@@ -134,7 +134,8 @@ def test_what_matches_do_not_say_corrects_nothing():
     true = np.stack([random.uniform(0, 1, num), np.zeros(num), random.uniform(-0.02, 0.02, num)])
     said = true * np.array([[1.1], [1.0], [1.0]])
     # In most places walls are parallel to the way: matches leave the length as odometry has it.
-    matches = certain(np.where(np.arange(num) % 4 == 0, true, said))
+    noise = 1e-3 * random.normal(size=true.shape)
+    matches = certain(np.where(np.arange(num) % 4 == 0, true, said) + noise)
     corridor = (np.arange(num) % 4 != 0)[:, None, None]
     forward = np.stack([np.cos(said[2]), -np.sin(said[2]), np.zeros(num)], axis=-1)
     across = 1e6 * (np.eye(3) - forward[:, :, None] * forward[:, None])
