@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from motorspace._types import Code, Key, Motors
 from motorspace.control.controller import Controller
 from motorspace.control.planning import USUAL, Effort, code_target, reach
-from motorspace.judge.judge import Judge
+from motorspace.judge.judge import Judge, Readings
 from motorspace.mapping.walls import clearance
 from motorspace.se2 import compose, relative
 
@@ -69,8 +69,8 @@ class Guide:
 
     def plan(
         self,
-        sensors: Float[np.ndarray, " K"],
-        goal: Float[np.ndarray, " K"],
+        sensors: Readings,
+        goal: Readings,
         *,
         effort: Effort = USUAL,
         key: Key,
@@ -85,7 +85,7 @@ class Guide:
         """
         return self.answer(self.course(sensors, goal), effort=effort, key=key).motors
 
-    def course(self, sensors: Float[np.ndarray, " K"], goal: Float[np.ndarray, " K"]) -> Course:
+    def course(self, sensors: Readings, goal: Readings) -> Course:
         """The likeliest pair, within reach, of a place where the agent may be and one that looks
         like the goal."""
         here, there = self.judge.where(sensors), self.judge.where(goal)

@@ -10,6 +10,7 @@ from motorspace._types import Key, Pose
 from motorspace.control.following import Way, carry_out_compiled
 from motorspace.control.guide import BLOCKED, Course, Guide, features
 from motorspace.judge.belief import first_belief, updated
+from motorspace.judge.judge import Readings
 from motorspace.judge.places import OUTLIER
 from motorspace.judge.roadmap import MARGIN, Roadmap
 from motorspace.se2 import compose, relative
@@ -52,8 +53,8 @@ class Journey:
         self,
         guide: Guide,
         roadmap: Roadmap,
-        sensors: Float[np.ndarray, " K"],
-        goal: Float[np.ndarray, " K"],
+        sensors: Readings,
+        goal: Readings,
     ) -> None:
         self.guide, self.roadmap = guide, roadmap
         self.now, self.goal = np.asarray(sensors, np.float64), np.asarray(goal, np.float64)
@@ -87,7 +88,7 @@ class Journey:
                 return answer.motors
         return self._farther(here, self.there[:2, aim], key=key)
 
-    def sensed(self, motors: Float[np.ndarray, "T M"], sensors: Float[np.ndarray, " K"]) -> None:
+    def sensed(self, motors: Float[np.ndarray, "T M"], sensors: Readings) -> None:
         """Take in the readings [K] after commands [T, M], as they happened.
 
         Of a command that a wall has forbidden the translation is zero; those after it are left out.
@@ -122,7 +123,7 @@ def seek(
     roadmap: Roadmap,
     scenario: Scenario,
     start: Pose,
-    goal: Float[np.ndarray, " K"],
+    goal: Readings,
     *,
     rounds: int,
     key: Key,

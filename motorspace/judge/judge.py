@@ -81,6 +81,10 @@ def calibrate(run: Run, *, key: Key) -> Calibration:
     return Calibration(body, learn_codes(run, body, key=code_key))
 
 
+Readings = Float[Array | np.ndarray, " K"]
+"""What is sensed at one moment, raw units."""
+
+
 class Judge:
     """Knows a layout from one walk, and what codes do from the body's calibration.
 
@@ -127,12 +131,12 @@ class Judge:
         self.walls = map_walls(mounting.ends(eyes, sensors)[:, met], reach=mounting.reach)
         self.places = Places(self.walls, mounting.angles, eyes)
 
-    def where(self, sensors: Float[np.ndarray, " K"]) -> Hypotheses:
+    def where(self, sensors: Readings) -> Hypotheses:
         """Where the agent may be that senses this [K]."""
         return self.places.where(np.asarray(sensors, np.float64)[None])[0]
 
     def predict(
-        self, sensors: Float[np.ndarray, " K"], codes: Float[Array | np.ndarray, "N C"]
+        self, sensors: Readings, codes: Float[Array | np.ndarray, "N C"]
     ) -> Float[np.ndarray, "N K"]:
         """The readings expected after sequences with these codes.
 
@@ -161,9 +165,9 @@ class Judge:
 
     def log_likelihood(
         self,
-        sensors: Float[np.ndarray, " K"],
+        sensors: Readings,
         codes: Float[Array | np.ndarray, "N C"],
-        goal: Float[np.ndarray, " K"],
+        goal: Readings,
     ) -> Float[np.ndarray, " N"]:
         """How likely each code leads to the readings `goal`, up to a constant.
 
@@ -176,7 +180,7 @@ class Judge:
         return np.asarray(np.logaddexp.reduce(each, axis=1))
 
     def ways(
-        self, sensors: Float[np.ndarray, " K"], goal: Float[np.ndarray, " K"]
+        self, sensors: Readings, goal: Readings
     ) -> tuple[Float[np.ndarray, "3 P"], Float[np.ndarray, " P"]]:
         """The displacements that may lead from where this is sensed to where the goal is.
 

@@ -108,7 +108,7 @@ def policy_film(
 
 def _film(episodes: list[Watched]) -> FuncAnimation:
     """Episodes as a moving picture, a command in every frame."""
-    return film(lambda axes, frame: _draw(axes, *frame), list(_frames(episodes)), (6, 6.4))
+    return film(lambda axes, frame: _draw(axes, *frame), list(_frames(episodes)), (6.0, 6.4))
 
 
 def write_animation(episodes: list[Watched], path: Path) -> None:
