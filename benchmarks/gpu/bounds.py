@@ -13,10 +13,9 @@ from benchmarks.gpu.ours import compiled_update, ours
 from benchmarks.gpu.sizes import Sizes
 from benchmarks.gpu.timing import Case, Row, rate, timed, value
 from benchmarks.gpu.training import counted
+from benchmarks.programs import of_one
 from benchmarks.roofline import SAMPLE_FLOPS
 from motorspace.training.config import RunConfig
-from motorspace.training.fit import init
-from motorspace.training.sources import simulation_scaling
 
 PRODUCTS = {"float32": "float32", "tf32": "tensorfloat32"}
 """What JAX calls the precision of each product."""
@@ -98,7 +97,7 @@ def _counts(num: int, sizes: Sizes, limits: dict[str, float]) -> list[Row]:
 
 def by_hand(config: RunConfig, num_runs: int) -> tuple[float, float]:
     """FLOP of the dense products of an update of the paper's network, and bytes of its weights."""
-    state = init(config, simulation_scaling(config), horizon=6)
+    state, _ = of_one(config)
     weights = sum(leaf.size for leaf in jax.tree.leaves(eqx.filter(state.model, eqx.is_array)))
     batch = config.training.batch_size
     return float(num_runs * batch * SAMPLE_FLOPS), float(num_runs * PASSES * 4 * weights)

@@ -51,14 +51,17 @@ class Sizes:
         """Epochs that hold so many updates."""
         return max(1, self.updates * self.batch // self.trajectories_per_epoch)
 
-    def paper(self) -> RunConfig:
-        """The paper's network for the forward agent, in epochs of this size."""
-        epoch = {
+    @property
+    def epoch(self) -> dict[str, int]:
+        """The settings of an epoch of this size."""
+        return {
             "trajectories_per_epoch": self.trajectories_per_epoch,
             "batch_size": self.batch,
-            "curriculum": 0.0,
         }
-        return changed(RunConfig(), epoch)
+
+    def paper(self) -> RunConfig:
+        """The paper's network for the forward agent, in epochs of this size."""
+        return changed(RunConfig(), self.epoch | {"curriculum": 0.0})
 
     def config(self) -> RunConfig:
         """The same with this network."""

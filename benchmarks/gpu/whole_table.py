@@ -63,12 +63,7 @@ def whole_table(agent: str, sizes: Sizes) -> dict[float, list[float]]:
 
 
 def _settings(sizes: Sizes) -> dict[str, Any]:
-    sizes_of_epochs = {
-        "epochs": sizes.table_epochs,
-        "trajectories_per_epoch": sizes.trajectories_per_epoch,
-        "batch_size": sizes.batch,
-    }
-    return sizes_of_epochs | dict(sizes.network)
+    return {"epochs": sizes.table_epochs} | sizes.epoch | dict(sizes.network)
 
 
 @contextmanager

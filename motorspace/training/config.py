@@ -76,8 +76,7 @@ class TrainingConfig:
                 f"{self.trajectories_per_epoch}",
                 remedy="lower the one, or raise the other",
             )
-        weights = [f.name for f in dataclasses.fields(self) if f.name.endswith("_weight")]
-        bounds = dict.fromkeys(("code_noise", *weights), math.inf)
+        bounds = dict.fromkeys(("code_noise", *(f"{n}_weight" for n in self.weights)), math.inf)
         for name, most in (bounds | {"curriculum": 1.0, "ema_decay": MOST_DECAY}).items():
             object.__setattr__(self, name, within(name, getattr(self, name), 0.0, most))
         object.__setattr__(self, "learning_rate", positive("learning_rate", self.learning_rate))
@@ -87,6 +86,12 @@ class TrainingConfig:
         one_of("precision", self.precision, get_args(Precision))
         for name in ("resample_each_epoch", "train_encoder"):
             flag(name, getattr(self, name))
+
+    @property
+    def weights(self) -> dict[str, float]:
+        """The weight of every loss beside the prediction loss, by its name."""
+        suffix = "_weight"
+        return {n.removesuffix(suffix): w for n, w in vars(self).items() if n.endswith(suffix)}
 
     @property
     def trial_epochs(self) -> int:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import equinox as eqx
 import jax
@@ -17,6 +17,8 @@ from motorspace.training.objective import extras_for
 from motorspace.training.program import MOST_EPOCHS, Task, TrainState
 from motorspace.training.recipe import Recipe
 from motorspace.trajectories.transitions import Experience, ExperienceSource
+
+Source = TypeVar("Source")
 
 COLLAPSED_BELOW = 1e-5
 """Codes in [0, 1] whose mean variance is below this carry nothing: they have collapsed."""
@@ -70,7 +72,7 @@ def task_of(
     return Task(_with_arguments(source), recipe, divisors, key, validation, frozen)
 
 
-def _with_arguments(source: ExperienceSource) -> ExperienceSource:
+def _with_arguments(source: Source) -> Source:
     """The source with arrays for its numbers, which would be constants of the program."""
 
     def argument(leaf: Any) -> Any:
@@ -119,7 +121,9 @@ def horizon_of(source: ExperienceSource) -> int:
     if isinstance(source, Experience):
         return source.motors.shape[1]
     epoch = jax.ShapeDtypeStruct((), jnp.int32)
-    return int(eqx.filter_eval_shape(source, jax.random.key(0), epoch).motors.shape[1])
+    # As the program is given it, so that sampling is traced once for both.
+    drawn = eqx.filter_eval_shape(_with_arguments(source), jax.random.key(0), epoch)
+    return int(drawn.motors.shape[1])
 
 
 def fit_together(

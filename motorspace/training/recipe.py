@@ -1,7 +1,5 @@
 """How a network is fitted, as a compiled program takes it: numbers are arguments."""
 
-from dataclasses import fields
-
 import equinox as eqx
 import jax.numpy as jnp
 import optax
@@ -38,11 +36,7 @@ class Recipe(eqx.Module):
     @classmethod
     def of(cls, config: TrainingConfig) -> "Recipe":
         """The recipe of a configuration; what is 0 there is left out of the program."""
-        weights = {
-            field.name.removesuffix("_weight"): jnp.float32(getattr(config, field.name))
-            for field in fields(config)
-            if field.name.endswith("_weight") and getattr(config, field.name) > 0
-        }
+        weights = {n: jnp.float32(weight) for n, weight in config.weights.items() if weight > 0}
         return cls(
             num_updates=config.num_updates,
             batch_size=config.batch_size,
