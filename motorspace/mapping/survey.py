@@ -23,6 +23,8 @@ SPREAD = (0.03, 0.07)
 """Standard deviations of odometry over a few steps: share of the reach, radians."""
 LOOSE = (0.1, 0.2)
 """The same where a match is to say how far off odometry is: it has to be the walls' word alone."""
+FREE = (0.3, 0.6)
+"""The same where it is to say how uncertain odometry is: what draws matches together hides that."""
 SHARE = 0.3
 """Least share of one scan's points on another; they look into different directions."""
 JOINED_SHARE = 0.5
@@ -158,7 +160,7 @@ def _uncertain(
     """
     pairs = np.stack([np.arange(steps.shape[1]), np.arange(1, poses.shape[1])])
     guess, reach = relative(poses[:, :-1], poses[:, 1:]), motion.reach
-    rows, matches = mutual(views, pairs, guess, reach=reach, spread=LOOSE, share=SHARE)
+    rows, matches = mutual(views, pairs, guess, reach=reach, spread=FREE, share=SHARE)
     if len(rows) == 0:
         return motion
     found = fit_motion(steps[:, rows], matches, reach=reach, correct=False)
