@@ -14,8 +14,10 @@ from motorspace.se2 import compose, exponential, logarithm, relative
 Path = Float[np.ndarray, "3 N"]
 Twists = Float[np.ndarray, "S 3"]
 
-RIDGE = 1e-2
-"""Of the regression from standardised features, for each example."""
+NUM_BLOCKS = 20
+"""Blocks of time, each of which is predicted from the others."""
+RIDGE = 1e-3
+"""Penalty of the regression from standardised features, for each example."""
 
 
 def reference_paths(log: Recording, truth: Path) -> dict[str, Path]:
@@ -27,8 +29,9 @@ def reference_paths(log: Recording, truth: Path) -> dict[str, Path]:
 
     Returns:
         `still`; `raw`, the commands as they are; `kinematics`, commands after the linear correction
-        that is best for the true steps; `regressor`, true steps learned from commands and readings
-        of one half of the log for the other; `matcher` and `matcher_loops`, scans that are matched
+        that is best for the true steps; `regressor`, the steps of each block of time by a
+        regression from commands and readings that has learned true ones of the other blocks;
+        `matcher` and `matcher_loops`, scans that are matched
         beginning with the commands, by rays whose directions are given.
     """
     steps = chained_per_interval(log).T
@@ -54,15 +57,17 @@ def _best_kinematics(steps: Path, should: Path, reach: float) -> Path:
 
 
 def _regressed(log: Recording, steps: Path, should: Path) -> Path:
-    """Each half's steps by ridge regression on commands and readings of the other half."""
+    """Each block's steps by ridge regression on commands and readings of the other blocks."""
     readings, changes = log.sensors[:-1], np.diff(log.sensors, axis=0)
     features = np.concatenate([steps.T, changes, readings], axis=1)
     features = (features - features.mean(axis=0)) / (features.std(axis=0) + 1e-9)
     wanted = logarithm(should)
-    half = len(features) // 2
-    parts = slice(None, half), slice(half, None)
-    predicted = [_ridge(features[b], wanted[b], features[a]) for a, b in (parts, parts[::-1])]
-    return np.asarray(exponential(np.concatenate(predicted)))
+    block = np.arange(len(features)) * NUM_BLOCKS // len(features)
+    predicted = np.empty_like(wanted)
+    for here in range(NUM_BLOCKS):
+        others = block != here
+        predicted[~others] = _ridge(features[others], wanted[others], features[~others])
+    return np.asarray(exponential(predicted))
 
 
 def _ridge(
