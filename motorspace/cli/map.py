@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from motorspace.reports.figures.maps import MapPanel
 
 PAGE, DESCRIPTION, PATH = "map.html", "map.json", "path.csv"
+CALIBRATION = "calibration.json"
 CELL = 0.01
 """Side of the cells of the picture, share of the sensors' reach."""
 
@@ -46,17 +47,20 @@ def run(options: argparse.Namespace) -> None:
     from motorspace.cli.runtime import prepare_jax
 
     prepare_jax()
-    from motorspace.mapping.rig import learn_rig
+    from motorspace.mapping.rig import CalibratedRig, learn_rig
     from motorspace.mapping.survey import survey
     from motorspace.training.run import load_run
 
     learned = load_run(options.run)
     walk = walk_of(options, learned)
     note(f"mapping {walk.name}: {len(walk)} scans; some seconds for each thousand")
-    scans = learn_rig(learned, walk).scans(walk)
-    found = survey(scans)
+    given = None if options.calibration is None else CalibratedRig.of(options.calibration)
+    rig = learn_rig(learned, walk) if given is None else given.rig
+    scans = rig.scans(walk)
+    found = survey(scans, None if given is None else given.motion)
     folder = options.out or options.run / "map"
     scores = write_map(folder, walk, scans, found, cell=options.cell)
+    CalibratedRig(rig, found.motion).save(folder / CALIBRATION)
     show(scores or {"scans": len(walk), "loops": len(found.loops.first)}, as_json=options.json)
     note(f"open {folder / PAGE}")
 

@@ -83,17 +83,19 @@ class Survey(NamedTuple):
     loops: Edges
 
 
-def survey(scans: Scans) -> Survey:
+def survey(scans: Scans, known: Motion | None = None) -> Survey:
     """Put a walk together.
 
     Args:
         scans: Readings and odometry.
+        known: What odometry gets wrong; by default the walk has to show it. Where no walls are in
+            sight the path is then that of corrected odometry.
 
     Raises:
-        UserError: Where too few neighbouring scans can be matched.
+        UserError: Where nothing is known and too few neighbouring scans can be matched.
     """
     views, reach = scans.views(), scans.mounting.reach
-    motion = _corrected(views, scans.steps, reach)
+    motion = _corrected(views, scans.steps, reach) if known is None else known
     steps = motion.corrected(scans.steps)
     poses = local = chained(steps)
     num = len(scans.sensors)
@@ -119,7 +121,9 @@ def survey(scans: Scans) -> Survey:
         loops = found.between(keyframes.moments, JOINED_CERTAINTY)
         around = _around(keyframes, there)
         poses = optimised(odometry, joined(*matched, around, loops), poses)
-    return Survey(poses, local, _uncertain(views, motion, steps, poses), loops)
+    if known is None:
+        motion = _uncertain(views, motion, steps, poses)
+    return Survey(poses, local, motion, loops)
 
 
 NO_EDGES = Edges(np.zeros(0, int), np.zeros(0, int), np.zeros((3, 0)), np.zeros((0, 3, 3)))
