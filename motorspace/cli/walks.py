@@ -80,7 +80,7 @@ def _sections(word: str) -> "Sections":
     """A robot's calibration, as an argument's type."""
     from motorspace.mapping.rig_file import read_sections
 
-    return read_sections(word)
+    return read_sections(existing(word))
 
 
 def walk_of(options: argparse.Namespace, run: "Run") -> "Recording":

@@ -98,6 +98,8 @@ def survey(scans: Scans, known: Motion | None = None) -> Survey:
     motion = _corrected(views, scans.steps, reach) if known is None else known
     steps = motion.corrected(scans.steps)
     poses = local = chained(steps)
+    if not views.exist.any():
+        return Survey(poses, local, motion, NO_EDGES)
     num = len(scans.sensors)
     odometry = Edges(
         np.arange(num - 1), np.arange(1, num), steps, np.linalg.inv(motion.covariance(steps))
@@ -197,9 +199,12 @@ def _keyframes(views: Views, poses: Float[np.ndarray, "3 N"], scans: Scans) -> K
 def _around(keyframes: Keyframes, poses: Float[np.ndarray, "3 V"]) -> Edges:
     """Matches of keyframes that follow one another."""
     num = len(keyframes.moments)
-    first = np.concatenate([np.arange(num - gap) for gap in NEIGHBOURS if gap < num])
-    second = np.concatenate([np.arange(gap, num) for gap in NEIGHBOURS if gap < num])
-    pairs = np.stack([first, second])
+    pairs = np.concatenate(
+        [np.stack([np.arange(num - gap), np.arange(gap, num)]) for gap in NEIGHBOURS if gap < num]
+        or [np.zeros((2, 0), int)],
+        axis=1,
+    )
+    first, second = pairs
     guess = relative(poses[:, first], poses[:, second])
     rows, matches = mutual(
         keyframes.views,
