@@ -77,6 +77,16 @@ def test_odometry_needs_no_walls_once_it_is_calibrated(nowhere, tmp_path, capsys
     assert again.read_text() == (tmp_path / "robot.json").read_text()
 
 
+def test_a_log_is_followed_with_what_is_known_of_the_robot(tmp_path, capsys):
+    robot().save(tmp_path / "robot.json")
+    names = ["time", "motor_turn", "motor_ahead", *(f"sensor_{ray}" for ray in range(61))]
+    rows = [",".join(map(str, [step / 2, 0.1, 0.2, *[10.0] * 61])) for step in range(12)]
+    (tmp_path / "log.csv").write_text("\n".join([",".join(names), *rows]))
+    known = ["--calibration", str(tmp_path / "robot.json")]
+    main(["odometry", RUN, *known, str(tmp_path / "log.csv"), "--max-range", "10", "--json"])
+    assert json.loads(capsys.readouterr().out)["scans"] == 12
+
+
 def test_a_map_of_nothing_is_a_path(nowhere, tmp_path, capsys):
     robot().save(tmp_path / "robot.json")
     files = ["--calibration", str(tmp_path / "robot.json"), "--out", str(tmp_path / "map")]
