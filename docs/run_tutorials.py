@@ -22,6 +22,7 @@ NAMES = (
     "first_map",
     "own_layout_and_sensor",
     "robot_log",
+    "bag_to_map",
     "measure_codes",
     "reach_a_goal",
     "navigate",

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from motorspace.reports.figures.maps import MapPanel
 
 PAGE, DESCRIPTION, PATH = "map.html", "map.json", "path.csv"
+CALIBRATION, GRID = "calibration.json", "map.yaml"
 CELL = 0.01
 """Side of the cells of the picture, share of the sensors' reach."""
 
@@ -46,17 +47,20 @@ def run(options: argparse.Namespace) -> None:
     from motorspace.cli.runtime import prepare_jax
 
     prepare_jax()
-    from motorspace.mapping.rig import learn_rig
+    from motorspace.mapping.rig import CalibratedRig, learn_rig
     from motorspace.mapping.survey import survey
     from motorspace.training.run import load_run
 
     learned = load_run(options.run)
     walk = walk_of(options, learned)
     note(f"mapping {walk.name}: {len(walk)} scans; some seconds for each thousand")
-    scans = learn_rig(learned, walk).scans(walk)
-    found = survey(scans)
+    given = None if options.calibration is None else CalibratedRig.of(options.calibration)
+    rig = learn_rig(learned, walk) if given is None else given.rig
+    scans = rig.scans(walk)
+    found = survey(scans, None if given is None else given.motion)
     folder = options.out or options.run / "map"
     scores = write_map(folder, walk, scans, found, cell=options.cell)
+    CalibratedRig(rig, found.motion).save(folder / CALIBRATION)
     show(scores or {"scans": len(walk), "loops": len(found.loops.first)}, as_json=options.json)
     note(f"open {folder / PAGE}")
 
@@ -64,11 +68,12 @@ def run(options: argparse.Namespace) -> None:
 def write_map(
     folder: Path, walk: "Recording", scans: "Scans", found: "Survey", *, cell: float | None = None
 ) -> dict[str, Any]:
-    """Write the page, the path as CSV, and the numbers as JSON; returns the numbers."""
+    """Write the page, the path as CSV, the map for ROS, and the numbers; returns the numbers."""
     from motorspace._files import write_atomically, write_json
     from motorspace.mapping.motion import chained
     from motorspace.mapping.scores import measure_survey
     from motorspace.reports.map_page import map_page
+    from motorspace.worlds.maps.map_server import write_map as write_grid
 
     made_folder(folder)
     truth = truth_of(walk)
@@ -80,6 +85,9 @@ def write_map(
         paths = {name: _laid_on(path, truth) for name, path in paths.items()} | {"truth": truth}
     panels = _panels(scans, found, paths, cell=cell)
     flat = {name: path[:2] for name, path in paths.items()}
+    drawn = panels[0]
+    free, corner = drawn.seen & ~drawn.occupied, (drawn.low[0], drawn.low[1])
+    write_grid(folder / GRID, free.T, drawn.occupied.T, resolution=float(drawn.cell), corner=corner)
     write_json(folder / DESCRIPTION, scores)
     write_atomically(folder / PATH, _csv(walk, paths["with loops"]).encode())
     write_atomically(folder / PAGE, map_page(walk.name, panels, flat, scores).encode())

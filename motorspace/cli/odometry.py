@@ -23,6 +23,13 @@ def configure(parser: CommandParser, words: Sequence[str]) -> None:
         metavar="FILE",
         help="Write the path as CSV: time, x, y, theta, and standard deviations of each step.",
     )
+    parser.add_argument(
+        "--save-calibration",
+        type=Path,
+        default=None,
+        metavar="FILE",
+        help="Write what was learned as JSON, for --calibration where no walls are in sight.",
+    )
     parser.add_argument("--json", action="store_true", default=False, help="Print JSON.")
 
 
@@ -33,15 +40,15 @@ def run(options: argparse.Namespace) -> None:
 
     prepare_jax()
     from motorspace.mapping.motion import chained
-    from motorspace.mapping.rig import learn_rig
+    from motorspace.mapping.rig import CalibratedRig, calibrate_rig
     from motorspace.mapping.scores import measure_path
-    from motorspace.mapping.survey import corrected_odometry
     from motorspace.training.run import load_run
 
     learned = load_run(options.run)
     walk = walk_of(options, learned)
-    scans = learn_rig(learned, walk).scans(walk)
-    motion = corrected_odometry(scans)
+    given = options.calibration
+    robot = calibrate_rig(learned, walk) if given is None else CalibratedRig.of(given)
+    scans, motion = robot.rig.scans(walk), robot.motion
     steps = motion.corrected(scans.steps)
     paths = {"chained codes": chained(scans.steps), "corrected": chained(steps)}
     truth = truth_of(walk)
@@ -59,6 +66,8 @@ def run(options: argparse.Namespace) -> None:
         spread = np.sqrt(np.diagonal(motion.covariance(steps), axis1=1, axis2=2))
         text = _csv(walk.time, paths["corrected"], np.concatenate([np.zeros((1, 3)), spread]))
         write_atomically(options.out, text.encode())
+    if options.save_calibration is not None:
+        robot.save(options.save_calibration)
 
 
 def _csv(time: np.ndarray, path: np.ndarray, spread: np.ndarray) -> str:

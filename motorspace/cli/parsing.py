@@ -50,8 +50,8 @@ class CommandParser(argparse.ArgumentParser):
             )
 
     def parse(self, words: Sequence[str]) -> argparse.Namespace:
-        """What the words say. Raises `Usage` for flags that there are not."""
-        options, unknown = self.parse_known_args([_hyphens(word) for word in words])
+        """What the words say, flags between the others or not. Raises `Usage` for unknown flags."""
+        options, unknown = self.parse_known_intermixed_args([_hyphens(word) for word in words])
         if unknown:
             self._refuse(unknown[0])
         return options

@@ -1,6 +1,7 @@
 """A walk for the commands that follow one: a robot's log, or one that is simulated."""
 
 import argparse
+import itertools
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +13,7 @@ from motorspace.cli.inspect import add_reader_flags, recording_of
 from motorspace.cli.parsing import CommandParser, count, existing, number, seed
 
 if TYPE_CHECKING:
+    from motorspace.mapping.rig_file import Sections
     from motorspace.recordings.recording import Recording
     from motorspace.training.run import Run
 
@@ -28,6 +30,14 @@ def add_walk_flags(parser: CommandParser, words: Sequence[str]) -> None:
         help="A robot's log; without, a walk of the run's agent is simulated.",
     )
     add("--reader", default=None, metavar="READER", help="The reader of the log.")
+    add(
+        "--calibration",
+        type=_sections,
+        default=None,
+        metavar="FILE",
+        help="What was learned on another walk (the map's calibration.json, or --save-calibration"
+        " of odometry); this one then needs no walls.",
+    )
     group = parser.add_argument_group("a simulated walk")
     group.add_argument(
         "--layout", default=None, metavar="WORLD", help="Where (default: the run's own layout)."
@@ -58,13 +68,15 @@ def add_walk_flags(parser: CommandParser, words: Sequence[str]) -> None:
     places = [w for flag, w in zip(before, words, strict=False) if not flag.startswith("--")]
     logs = [word for word in places if not word.startswith("-")][1:]
     if logs and Path(logs[0]).exists():
-        add_reader_flags(parser, _without(words, places[0]))
+        reader = [pair for pair in zip(before, words, strict=False) if pair[0] == "--reader"]
+        add_reader_flags(parser, [logs[0], *itertools.chain(*reader)])
 
 
-def _without(words: Sequence[str], word: str) -> list[str]:
-    """The words but one: the run."""
-    index = list(words).index(word)
-    return [*words[:index], *words[index + 1 :]]
+def _sections(word: str) -> "Sections":
+    """A robot's calibration, as an argument's type."""
+    from motorspace.mapping.rig_file import read_sections
+
+    return read_sections(existing(word))
 
 
 def walk_of(options: argparse.Namespace, run: "Run") -> "Recording":

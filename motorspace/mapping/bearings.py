@@ -18,6 +18,8 @@ from motorspace.mapping.order import neighbours_in_order
 
 FEWEST_RAYS, FEWEST_WALLS = 16, 100
 """Rays, and stretches of wall that as many neighbouring rays meet, without which it is no use."""
+KEPT = "a calibration made on another walk (--calibration FILE)"
+"""What to do where walls are out of sight."""
 NUM_ORDERING, NUM_SCANS = 2_000, 400
 """Scans that the order of the rays, and their directions, are found by; chosen at random."""
 STRETCH = 1 / 4
@@ -76,7 +78,7 @@ def find_bearings(sensors: Float[np.ndarray, "N K"], *, reach: float) -> Float[n
     if int(walls.met.sum()) < FEWEST_WALLS:
         raise UserError(
             "hardly ever do neighbouring rays all meet something",
-            remedy="give a walk with walls in sight",
+            remedy=f"give a walk with walls in sight, or {KEPT}",
         )
     spaces = _evenly_spaced(walls, num)
     for tolerance in TOLERANCES:

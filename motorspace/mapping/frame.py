@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from motorspace._errors import UserError
+from motorspace.mapping.bearings import KEPT
 from motorspace.mapping.matching import Matches, mutual
 from motorspace.mapping.search import Window, images, search
 from motorspace.mapping.views import Views
@@ -90,7 +91,7 @@ def check_matched(num: int, of: int) -> None:
     if num < FEWEST:
         raise UserError(
             f"{num} of {of} pairs of neighbouring scans can be matched",
-            remedy="give a walk with walls in sight and more rays",
+            remedy=f"give a longer walk with walls in sight and more rays, or {KEPT}",
         )
 
 

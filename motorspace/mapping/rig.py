@@ -1,6 +1,7 @@
 """What a robot learns of itself from one walk: how commands move it, where its rays point."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
@@ -8,9 +9,11 @@ from jaxtyping import Float
 from motorspace._errors import UserError
 from motorspace.mapping.bearings import find_bearings
 from motorspace.mapping.frame import FrameMap, find_frame, in_frame
+from motorspace.mapping.motion import Motion
 from motorspace.mapping.mounting import Mounting
-from motorspace.mapping.odometry import Odometry, distilled
-from motorspace.mapping.survey import Scans
+from motorspace.mapping.odometry import Odometry, distilled, features
+from motorspace.mapping.rig_file import Sections, read_sections, write_sections
+from motorspace.mapping.survey import Scans, corrected_odometry
 from motorspace.recordings.recording import Recording, chained_per_interval
 from motorspace.se2 import compose, relative
 from motorspace.training.data import Logged, base_of
@@ -34,9 +37,86 @@ class Rig:
     per_scan: bool
 
     def scans(self, recording: Recording) -> Scans:
-        """The readings of a walk, and the displacements between them by chained codes."""
+        """The readings of a walk, and the displacements between them by chained codes.
+
+        Raises `UserError` for commands of another size, and for other rays.
+        """
+        self._check(recording)
         steps = coded_steps(self.odometry, recording, per_scan=self.per_scan)
         return Scans(recording.sensors, in_frame(steps, self.frame), self.mounting)
+
+    def _check(self, recording: Recording) -> None:
+        num, rays = recording.increments.shape[1], recording.sensors.shape[1]
+        reach = max(recording.sensor_scale)
+        if features(np.zeros(num)).size != len(self.odometry.step):
+            what, remedy = f"commands of {num} values", "calibrate on a walk of this robot"
+        elif rays != len(self.mounting.angles):
+            what = f"{rays} rays instead of {len(self.mounting.angles)}"
+            remedy = "read as many rays as the calibration was made with"
+        elif not np.isclose(reach, self.mounting.reach, rtol=1e-4):
+            what = f"readings up to {reach:g} instead of {self.mounting.reach:g}"
+            remedy = "read with the maximum range that the calibration was made with"
+        else:
+            return
+        raise UserError(
+            f"the calibration is of another robot: the walk has {what}",
+            where=recording.name,
+            remedy=remedy,
+        )
+
+
+@dataclass(frozen=True)
+class CalibratedRig:
+    """All that has to be known of a robot for its odometry, wherever it goes; kept in a file.
+
+    Attributes:
+        rig: Odometry of codes, and rays.
+        motion: What that odometry gets wrong, and how uncertain it is then.
+    """
+
+    rig: Rig
+    motion: Motion
+
+    def save(self, path: str | Path) -> None:
+        """Write everything into one JSON file. Raises `UserError` where that is not possible."""
+        angles, origin, reach = self.rig.mounting
+        motion = self.motion._asdict()
+        del motion["reach"]  # that of the rays
+        sections = {
+            "rig": {"frame": self.rig.frame, "per_scan": self.rig.per_scan},
+            "odometry": self.rig.odometry._asdict(),
+            "mounting": {"angles": angles, "origin": origin, "reach": reach},
+            "motion": motion,
+        }
+        write_sections(Path(path), sections)
+
+    @classmethod
+    def load(cls, path: str | Path) -> "CalibratedRig":
+        """What `save` has written. Raises `UserError` for a file that is missing or broken."""
+        return cls.of(read_sections(path))
+
+    @classmethod
+    def of(cls, sections: Sections) -> "CalibratedRig":
+        """From the sections of a file."""
+        angles, origin, reach = (sections["mounting"][name] for name in Mounting._fields)
+        mounting = Mounting(angles, origin, float(reach))
+        odometry, frame = Odometry(**sections["odometry"]), sections["rig"]["frame"]
+        rig = Rig(odometry, frame, mounting, sections["rig"]["per_scan"])
+        return cls(rig, Motion(**sections["motion"], reach=mounting.reach))
+
+
+def calibrate_rig(run: Run, recording: Recording) -> CalibratedRig:
+    """Learn what `learn_rig` does, and what its odometry gets wrong.
+
+    Args:
+        run: A run whose codes are products of 3 x 3 matrices.
+        recording: A walk of the same robot with walls in sight.
+
+    Raises:
+        UserError: As `learn_rig` does.
+    """
+    rig = learn_rig(run, recording)
+    return CalibratedRig(rig, corrected_odometry(rig.scans(recording)))
 
 
 def learn_rig(run: Run, recording: Recording) -> Rig:

@@ -11,7 +11,7 @@ from motorspace.analysis.paths import (
     relative_error,
     relative_errors,
 )
-from motorspace.mapping.motion import chained, chained_covariance
+from motorspace.mapping.motion import Motion, chained, chained_covariance
 from motorspace.mapping.occupancy import agreement, grid_around, occupancy
 from motorspace.mapping.pose_graph import Edges
 from motorspace.mapping.survey import APART, Scans, Survey
@@ -62,22 +62,24 @@ def measure_survey(
     scores = {name: measure_path(path, truth) for name, path in paths.items()}
     still = np.repeat(truth[:, :1], truth.shape[1], axis=1)
     scores["standing still"] = measure_path(still, truth)
-    scores["corrected"] |= measure_covariance(scans, survey, truth)
+    scores["corrected"] |= measure_covariance(scans, survey.motion, truth)
     scores["with loops"] |= measure_loops(survey.loops, truth, reach=scans.mounting.reach)
     scores["with loops"] |= measure_map(scans, survey, truth)
     return scores
 
 
-def measure_covariance(scans: Scans, survey: Survey, truth: Path) -> Scores:
+def measure_covariance(scans: Scans, motion: Motion, truth: Path) -> Scores:
     """`covariance.SHARE`: how many displacements lie where so many of 100 should.
 
     Over `GAPS` steps each, by corrected odometry without loops.
     """
-    steps = survey.motion.corrected(scans.steps)
-    covariance = survey.motion.covariance(steps)
+    steps = motion.corrected(scans.steps)
+    covariance = motion.covariance(steps)
     path = chained(steps)
     found: dict[float, list[float]] = {}
     for gap in GAPS:
+        if gap > len(covariance):
+            continue
         errors = relative_errors(path, truth, gap=gap)
         claimed = chained_covariance(steps, covariance, gap=gap)
         for share, value in coverage(errors, claimed).items():

@@ -85,19 +85,23 @@ class Survey(NamedTuple):
     loops: Edges
 
 
-def survey(scans: Scans) -> Survey:
+def survey(scans: Scans, known: Motion | None = None) -> Survey:
     """Put a walk together.
 
     Args:
         scans: Readings and odometry.
+        known: What odometry gets wrong; by default the walk has to show it. Where no walls are in
+            sight the path is then that of corrected odometry.
 
     Raises:
-        UserError: Where too few neighbouring scans can be matched.
+        UserError: Where nothing is known and too few neighbouring scans can be matched.
     """
     views, reach = scans.views(), scans.mounting.reach
-    motion = _corrected(views, scans.steps, reach)
+    motion = _corrected(views, scans.steps, reach) if known is None else known
     steps = motion.corrected(scans.steps)
     poses = local = chained(steps)
+    if not views.exist.any():
+        return Survey(poses, local, motion, NO_EDGES)
     num = len(scans.sensors)
     odometry = Edges(
         np.arange(num - 1), np.arange(1, num), steps, np.linalg.inv(motion.covariance(steps))
@@ -121,7 +125,9 @@ def survey(scans: Scans) -> Survey:
         loops = found.between(keyframes.moments, JOINED_CERTAINTY)
         around = _around(keyframes, there)
         poses = optimised(odometry, joined(*matched, around, loops), poses)
-    return Survey(poses, local, _uncertain(views, motion, steps, poses), loops)
+    if known is None:
+        motion = _uncertain(views, motion, steps, poses)
+    return Survey(poses, local, motion, loops)
 
 
 NO_EDGES = Edges(np.zeros(0, int), np.zeros(0, int), np.zeros((3, 0)), np.zeros((0, 3, 3)))
@@ -195,9 +201,12 @@ def _keyframes(views: Views, poses: Float[np.ndarray, "3 N"], scans: Scans) -> K
 def _around(keyframes: Keyframes, poses: Float[np.ndarray, "3 V"]) -> Edges:
     """Matches of keyframes that follow one another."""
     num = len(keyframes.moments)
-    first = np.concatenate([np.arange(num - gap) for gap in NEIGHBOURS if gap < num])
-    second = np.concatenate([np.arange(gap, num) for gap in NEIGHBOURS if gap < num])
-    pairs = np.stack([first, second])
+    pairs = np.concatenate(
+        [np.stack([np.arange(num - gap), np.arange(gap, num)]) for gap in NEIGHBOURS if gap < num]
+        or [np.zeros((2, 0), int)],
+        axis=1,
+    )
+    first, second = pairs
     guess = relative(poses[:, first], poses[:, second])
     rows, matches = mutual(
         keyframes.views,

@@ -12,8 +12,8 @@ from motorspace._types import Count, Key
 from motorspace.analysis.paths import absolute_error
 from motorspace.mapping.motion import chained
 from motorspace.mapping.odometry import distilled
-from motorspace.mapping.rig import coded_frames, learn_rig
-from motorspace.mapping.scores import Scores, measure_path, measure_survey
+from motorspace.mapping.rig import calibrate_rig, coded_frames, learn_rig
+from motorspace.mapping.scores import Scores, measure_covariance, measure_path, measure_survey
 from motorspace.mapping.survey import corrected_odometry, survey
 from motorspace.recordings.record import record, with_motor_errors
 from motorspace.recordings.recording import Recording
@@ -22,6 +22,7 @@ from motorspace.training.data import simulated
 from motorspace.training.run import Run, train
 from motorspace.training.sources import Simulation, source_of
 from motorspace.trajectories.transitions import Experience
+from motorspace.worlds.layouts import Layout
 from motorspace.worlds.scenario import Scenario
 from motorspace.worlds.sensors.range_fan import RangeFan
 
@@ -30,9 +31,11 @@ NUM_BEAMS = 61
 NOISE, BIAS = 0.05, 0.02
 """Relative error of each command, and what the body adds to it, in the command's own unit."""
 
+OPEN = Layout("Walls out of reach", (-1000.0, -1000.0, 1000.0, 1000.0))
+
 
 def unseen_walk(
-    run: Run, world: str, *, noise: float = 0.0, bias: float = 0.0, key: Key
+    run: Run, world: str | Layout, *, noise: float = 0.0, bias: float = 0.0, key: Key
 ) -> Recording:
     """A walk of a run's agent through a world, with many rays and motors that may be wrong."""
     agent = simulated(run.config.data).scenario().agent
@@ -128,3 +131,26 @@ def measure_mapping(run: Run, walk: Recording) -> dict[str, Scores]:
     scores = measure_survey(scans, found, paths, truth_of(walk))
     scores["with loops"]["seconds"] = seconds
     return scores
+
+
+def measure_uncharted(
+    run: Run, world: str, *, noise: float = NOISE, bias: float = BIAS, key: Key
+) -> Scores:
+    """Calibrate a robot on one walk, and measure its odometry where no wall is in sight.
+
+    Args:
+        run: A run whose codes are products of 3 x 3 matrices.
+        world: Where the robot is calibrated.
+        noise: Relative error of each command, on both walks.
+        bias: What the body adds to each command, on both.
+        key: Randomness of the walks.
+
+    Returns:
+        Measures of the corrected path, and how much of it lies where its covariance says.
+    """
+    there, here = jax.random.split(key)
+    robot = calibrate_rig(run, unseen_walk(run, world, noise=noise, bias=bias, key=there))
+    after = unseen_walk(run, OPEN, noise=noise, bias=bias, key=here)
+    scans, truth = robot.rig.scans(after), truth_of(after)
+    path = chained(robot.motion.corrected(scans.steps))
+    return measure_path(path, truth) | measure_covariance(scans, robot.motion, truth)

@@ -129,6 +129,7 @@ def test_the_code_of_a_page_runs(page, tmp_path, monkeypatch):
         ("first_map", {"EPOCHS": 20, "NUM": 1000}),
         ("own_layout_and_sensor", {"EPOCHS": 10, "NUM": 1000}),
         ("robot_log", {"STEPS": 2000, "EPOCHS": 3}),
+        ("bag_to_map", {"SCANS": 500, "EPOCHS": 20}),
         ("measure_codes", {"NUM": 1000}),
         ("navigate", {"STEPS": 1000, "NUM": 16}),
     ],

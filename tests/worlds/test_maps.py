@@ -11,6 +11,7 @@ import shapely
 from motorspace import UserError
 from motorspace.cli.main import main
 from motorspace.worlds.layouts import layout, layout_content, load_layout, parse_layout
+from motorspace.worlds.maps.map_server import write_map
 from motorspace.worlds.maps.occupancy import outside
 from motorspace.worlds.maps.reading import kind_of_map
 from motorspace.worlds.maps.simplified import simplified
@@ -322,3 +323,26 @@ def test_the_commands_describe_and_write_maps(tmp_path, capsys):
         main(["import", str(path), "--out", str(tmp_path / "plan.csv")])
     assert "a map becomes a layout" in capsys.readouterr().err
     assert math.isfinite(load_layout(path).bounds[0])
+
+
+def test_a_written_grid_is_read_back(tmp_path):
+    plan = PLAN.replace("..##", "..?#")
+    shades = cells(plan)[::-1]
+    corner = (-3.0, 1 / 3)
+    write_map(tmp_path / "a.yaml", shades == 254, shades == 0, resolution=0.5, corner=corner)
+    pixels = (tmp_path / "a.pgm").read_bytes()
+    assert pixels.startswith(b"P5\n10 8\n255\n") and pixels.endswith(cells(plan).tobytes())
+    found = load_layout(tmp_path / "a.yaml")
+    same = write(tmp_path, cells(plan), x=corner[0])
+    same.write_text(same.read_text().replace("-1, 0]", f"{corner[1]!r}, 0]"))
+    assert found.bounds == load_layout(same).bounds and found.solids == load_layout(same).solids
+    assert found.bounds[0] == pytest.approx(-2.5 - 0.5, abs=0.51)
+
+
+def test_an_empty_grid_is_written_and_refused_as_a_world(tmp_path):
+    nothing = np.zeros((3, 4), bool)
+    write_map(tmp_path / "a.yaml", nothing, nothing, resolution=0.1, corner=(0.0, 0.0))
+    with pytest.raises(UserError, match=r"a\.yaml: .*free"):
+        load_layout(tmp_path / "a.yaml")
+    with pytest.raises(UserError, match="cannot be written"):
+        write_map(tmp_path / "no/a.yaml", nothing, nothing, resolution=0.1, corner=(0.0, 0.0))

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from motorspace._errors import UserError
+from motorspace._files import write_atomically
 from motorspace.worlds.layouts import Layout
 from motorspace.worlds.maps.files import map_text
 from motorspace.worlds.maps.occupancy import Grid, traced
@@ -28,6 +29,8 @@ UNKNOWN = -1.0
 SAVED_AS_UNKNOWN = 205
 """The pixel that ROS's map savers write for unknown cells. Those of ROS 2 write a `free_thresh`
 beside it by which it would be free."""
+
+SAVED_AS_FREE, SAVED_AS_OCCUPIED = 254, 0
 
 
 class Description(NamedTuple):
@@ -67,6 +70,45 @@ def read_map(path: Path) -> tuple[Layout, list[str]]:
             f"{described.free:g} would make them free"
         )
     return layout, notes
+
+
+def write_map(
+    path: Path,
+    free: Bool[np.ndarray, "H W"],
+    occupied: Bool[np.ndarray, "H W"],
+    *,
+    resolution: float,
+    corner: tuple[float, float],
+) -> None:
+    """Write a grid as ROS's map savers do, for `read_map` and other programs.
+
+    Args:
+        path: The YAML file; its image, of the same name, ends in `.pgm`.
+        free: Which cells are free, the first row at the bottom.
+        occupied: Which hold something; all others are unknown.
+        resolution: Side of a cell, metres.
+        corner: The lower left corner of the first cell.
+
+    Raises:
+        UserError: Where the files cannot be written.
+    """
+    shades = np.where(occupied, SAVED_AS_OCCUPIED, np.where(free, SAVED_AS_FREE, SAVED_AS_UNKNOWN))
+    height, width = shades.shape
+    pixels = shades[::-1].astype(np.uint8).tobytes()
+    image = path.with_suffix(".pgm")
+    write_atomically(image, f"P5\n{width} {height}\n255\n".encode() + pixels)
+    x, y = corner
+    described = Description(image.name, resolution, (float(x), float(y), 0.0))
+    lines = (
+        f"image: {described.image}",
+        f"resolution: {described.resolution!r}",
+        f"origin: [{', '.join(map(repr, described.origin))}]",
+        f"negate: {int(described.negate)}",
+        f"mode: {described.mode}",
+        f"occupied_thresh: {described.occupied}",
+        f"free_thresh: {described.free}",
+    )
+    write_atomically(path, ("\n".join(lines) + "\n").encode())
 
 
 def read_description(text: str, *, where: object) -> Description:
