@@ -71,20 +71,20 @@ define(
 )
 
 
+VARIANTS = {"codes": 5, "references": 1, "pretrained": 3, "frozen": 3}
+"""What the jobs are, and for how many seeds at most."""
+
+
 def jobs(budget: Budget, seeds: int) -> list[Job]:
     """Each log: codes, the same with a predictor that simulation has trained, references."""
     return [
-        Job("logs", cell(recording=name, variant=variant), config, variant, trains=trains)
+        Job("logs", cell(recording=name, variant=variant), config, variant, variant == "codes")
         for seed in range(seeds)
         for name, horizon in HORIZONS.items()
-        for variant, trains in VARIANTS.items()
-        if seed == 0 or variant != "references"
+        for variant, most in VARIANTS.items()
+        if seed < most
         for config in [_config(name, horizon, budget, seed)]
     ]
-
-
-VARIANTS = {"codes": True, "references": False, "pretrained": False, "frozen": False}
-"""What the jobs are, and whether their runs are trained as any other."""
 
 
 def _config(name: str, horizon: int, budget: Budget, seed: int) -> RunConfig:
