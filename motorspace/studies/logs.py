@@ -110,7 +110,7 @@ def measured(run: "Run", num: int) -> Numbers:
     from motorspace.mapping.survey import survey
     from motorspace.mapping.trials import truth_of
 
-    log = _log(run)
+    log = log_with_beams(run)
     began = time.process_time()
     scans = learn_rig(run, log).scans(log)
     found = survey(scans)
@@ -149,7 +149,7 @@ def measured_references(run: "Run", num: int) -> Numbers:
     from motorspace.mapping.scores import measure_path
     from motorspace.mapping.trials import truth_of
 
-    log = _log(run)
+    log = log_with_beams(run)
     truth = truth_of(log)
     found: dict[str, float] = {}
     for way, path in reference_paths(log, truth).items():
@@ -157,7 +157,7 @@ def measured_references(run: "Run", num: int) -> Numbers:
     return found
 
 
-def _log(run: "Run") -> "Recording":
+def log_with_beams(run: "Run") -> "Recording":
     """The run's log, with as many rays as maps are made of."""
     data = run.config.data
     assert isinstance(data, Logged)
