@@ -12,7 +12,6 @@ from motorspace.recordings.recording import Recording, chained_per_interval
 from motorspace.se2 import compose, exponential, logarithm, relative
 
 Path = Float[np.ndarray, "3 N"]
-Twists = Float[np.ndarray, "S 3"]
 
 NUM_BLOCKS = 20
 """Blocks of time, each of which is predicted from the others."""
@@ -71,8 +70,10 @@ def _regressed(log: Recording, steps: Path, should: Path) -> Path:
 
 
 def _ridge(
-    features: Float[np.ndarray, "E F"], wanted: Twists, asked: Float[np.ndarray, "S F"]
-) -> Twists:
+    features: Float[np.ndarray, "E F"],
+    wanted: Float[np.ndarray, "E 3"],
+    asked: Float[np.ndarray, "Q F"],
+) -> Float[np.ndarray, "Q 3"]:
     mean = wanted.mean(axis=0)
     normal = features.T @ features + RIDGE * len(features) * np.eye(features.shape[1])
     return np.asarray(asked @ np.linalg.solve(normal, features.T @ (wanted - mean)) + mean)

@@ -1,6 +1,7 @@
 """Simulated walks that nobody has seen before, and how well they are put together."""
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
 
 import equinox as eqx
@@ -79,7 +80,7 @@ MIRROR = np.array([1.0, -1.0, -1.0])
 class MotorErrors(eqx.Module):
     """Transitions of a body that does not do exactly what it was commanded."""
 
-    source: Simulation
+    source: Callable[[Key, Count], Experience]
     noise: float
     bias: float
 

@@ -33,6 +33,9 @@ NUM_RAYS, NUM_BEAMS = 30, 121
 MAX_RANGE = 10.0
 """Metres beyond which readings count as met nothing."""
 
+PRETRAINING: Budget = "fifth"
+"""Epochs in simulation of a predictor that learns on logs then."""
+
 WAYS = {
     "still": "standing still",
     "raw": "commands as they are",
@@ -201,7 +204,7 @@ def _simulated(seed: int) -> "Run":
     """A network of `best` that has learned with a log's sensor in simulated rooms."""
     from motorspace.training.run import train
 
-    walker = system("forward", 0.2, "fifth", seed, "best")
+    walker = system("forward", 0.2, PRETRAINING, seed, "best")
     assert isinstance(walker.data, Simulated)
     sensor = SENSORS.part(
         "range_fan",
