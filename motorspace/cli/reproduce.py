@@ -47,7 +47,7 @@ def configure(parser: CommandParser, words: Sequence[str]) -> None:
         type=existing,
         default=None,
         metavar="FOLDER",
-        help="Folder of the recorded robots' logs, for the study robots.",
+        help="Folder of the recorded robots' logs, for the studies of robots.",
     )
     add_executor_flags(parser)
 

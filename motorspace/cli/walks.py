@@ -18,10 +18,6 @@ if TYPE_CHECKING:
     from motorspace.training.run import Run
 
 
-SAME = 1e-6
-"""Distance from which on two ends of a path differ, world units."""
-
-
 def add_walk_flags(parser: CommandParser, words: Sequence[str]) -> None:
     """A log with its reader's flags, or how a walk is simulated."""
     add = parser.add_argument
@@ -108,13 +104,8 @@ def walk_of(options: argparse.Namespace, run: "Run") -> "Recording":
 
 
 def truth_of(walk: "Recording") -> np.ndarray | None:
-    """The true frames of the sensors along a walk, [3, N]; None where one is unknown.
-
-    Poses that the walk's own increments lead to are odometry, not truth.
-    """
-    from motorspace.recordings.recording import end_drift
-
-    if not np.isfinite(walk.poses).all() or (walk.planar and end_drift(walk) < SAME):
+    """The true frames of the sensors along a walk, [3, N]; None where one is unknown."""
+    if walk.odometry_poses or not np.isfinite(walk.poses).all():
         return None
     x, y, heading, head = walk.poses.T
     return np.stack([x, y, heading + head])

@@ -1,8 +1,8 @@
 """What odometry gets wrong, as a function of the motion itself, and how uncertain it is then.
 
 Displacements that matching measures between neighbouring moments say by how much odometry is off:
-a bias of the motors, a wheel that is larger than the other. What is left is noise, whose
-variance grows with the motion. No pose is needed for either.
+a bias of the motors, a wheel that is larger than the other. What is left is noise of several
+sources, most of which grow with the motion. No pose is needed for either.
 """
 
 from typing import NamedTuple
@@ -20,10 +20,12 @@ Steps = Float[np.ndarray, "3 S"]
 ROUNDS, FITS = 20, 2
 LIMIT = 5.0
 """Standard deviations beyond which a residual is cut off."""
-MOST_ALIKE = 0.99
-"""Correlations are taken for a little less, which keeps covariances regular."""
 LEAST = np.array([1e-3, 1e-3, 1e-4])
 """Standard deviations that are never undercut: of shifts, as a share of the reach, and of turns."""
+ENTRIES = np.triu_indices(3)
+"""Entries of a symmetric matrix that say all of it."""
+TWICE = np.where(ENTRIES[0] == ENTRIES[1], 1.0, np.sqrt(2.0))
+"""What they are multiplied by, so that those beside the diagonal count twice."""
 
 
 class Motion(NamedTuple):
@@ -31,14 +33,12 @@ class Motion(NamedTuple):
 
     Args:
         twist: From `terms` of a displacement to the twist that it lacks, [6, 3].
-        variance: From its squared `sizes` to the variances of what is then left, [3, 3].
-        correlation: Of what is left, among x, y and angle: who turns first slips sideways, [3, 3].
+        strength: Squared strength of each of the `sources` of what is then left, [12].
         reach: The largest reading, which is the unit of lengths.
     """
 
     twist: Float[np.ndarray, "6 3"]
-    variance: Float[np.ndarray, "3 3"]
-    correlation: Float[np.ndarray, "3 3"]
+    strength: Float[np.ndarray, "12"]
     reach: float
 
     def corrected(self, steps: Steps) -> Steps:
@@ -48,12 +48,8 @@ class Motion(NamedTuple):
 
     def covariance(self, steps: Steps) -> Float[np.ndarray, "S 3 3"]:
         """The covariance of corrected displacements, in the frame of their ends."""
-        deviation = self.deviations(steps) * self._scale
-        return deviation[:, :, None] * self.correlation * deviation[:, None]
-
-    def deviations(self, steps: Steps) -> Float[np.ndarray, "S 3"]:
-        """Standard deviations of corrected displacements: shares of the reach, radians."""
-        return np.asarray(np.sqrt(sizes(steps, self.reach) @ self.variance + LEAST**2))
+        covariance = _covariance(_products(sources(steps, self.reach)), self.strength)
+        return covariance * np.outer(self._scale, self._scale)
 
     @property
     def _scale(self) -> Float[np.ndarray, "3"]:
@@ -66,10 +62,19 @@ def terms(steps: Steps, reach: float) -> Float[np.ndarray, "S 6"]:
     return np.stack([np.ones_like(x), x, y, angle, np.hypot(x, y), np.abs(angle)], axis=-1)
 
 
-def sizes(steps: Steps, reach: float) -> Float[np.ndarray, "S 3"]:
-    """What variances are linear in: a constant, the squared length, the squared turn."""
-    x, y, angle = steps / np.array([[reach], [reach], [1.0]])
-    return np.stack([np.ones_like(x), x**2 + y**2, angle**2], axis=-1)
+def sources(steps: Steps, reach: float) -> Float[np.ndarray, "S 12 3"]:
+    """The twists, in the frame of their ends, that noise of unit strength adds to displacements.
+
+    Noise at the end in x, in y and in the angle, and in the angle at the beginning, which swings
+    the whole displacement; each constant, proportional to the length, and to the turn.
+    """
+    scaled = np.asarray(steps / np.array([[reach], [reach], [1.0]]))
+    ones = np.ones(scaled.shape[1])
+    sizes = np.stack([ones, np.hypot(scaled[0], scaled[1]), np.abs(scaled[2])], axis=1)
+    at_end = np.broadcast_to(np.eye(3), (len(ones), 3, 3))
+    at_beginning = adjoint(np.asarray(inverse(scaled)))[:, :, 2]
+    ways = np.concatenate([at_end, at_beginning[:, None]], axis=1)
+    return (sizes[:, :, None, None] * ways[:, None]).reshape(len(ones), -1, 3)
 
 
 def fit_motion(steps: Steps, measured: Matches, *, reach: float, correct: bool = True) -> Motion:
@@ -86,9 +91,7 @@ def fit_motion(steps: Steps, measured: Matches, *, reach: float, correct: bool =
     doubt = measured.covariance(reach=reach)
     known = terms(steps, reach)
     twist = _correction(known, off, doubt) if correct else np.zeros((known.shape[1], 3))
-    left = off - known @ twist
-    motion = Motion(twist, _variances(sizes(steps, reach), left), np.eye(3), reach)
-    return motion._replace(correlation=_correlation(left / motion.deviations(steps)))
+    return Motion(twist, _strengths(sources(steps, reach), off - known @ twist), reach)
 
 
 def _correction(
@@ -109,28 +112,55 @@ def _correction(
     return twist
 
 
-def _variances(
-    known: Float[np.ndarray, "S 3"], left: Float[np.ndarray, "S 3"]
-) -> Float[np.ndarray, "3 3"]:
-    """Variances that are sums of squares, by weighted least squares on squared residuals."""
-    found = np.zeros((known.shape[1], 3))
-    for axis in range(3):
-        typical = (1.4826 * np.median(np.abs(left[:, axis]))) ** 2 + 1e-12
-        expected = np.full(len(left), typical)
-        for _ in range(ROUNDS):
-            squared = np.minimum(left[:, axis] ** 2, LIMIT**2 * expected)
-            found[:, axis], _ = nnls(known / expected[:, None], squared / expected)
-            expected = known @ found[:, axis] + 1e-12
-    return found
+def _strengths(
+    known: Float[np.ndarray, "S 12 3"], left: Float[np.ndarray, "S 3"]
+) -> Float[np.ndarray, "12"]:
+    """Squared strengths whose covariances are nearest to the squared residuals.
+
+    Least squares without negative strengths, each step weighted by the covariance that it has
+    after the round before.
+    """
+    products = _products(known)
+    spread = np.maximum(LEAST, 1.4826 * np.median(np.abs(left), axis=0))
+    covariance = np.broadcast_to(np.diag(spread**2), (len(left), 3, 3))
+    strength = np.zeros(known.shape[1])
+    for _ in range(ROUNDS):
+        whitening = np.linalg.inv(np.linalg.cholesky(covariance))
+        residual = np.einsum("sab,sb->sa", whitening, left)
+        size = np.sum(residual**2, axis=1)
+        residual /= np.sqrt(np.maximum(size / LIMIT**2, 1.0))[:, None]
+        across = np.swapaxes(whitening, -1, -2)
+        least = whitening @ np.diag(LEAST**2) @ across
+        wanted = _entries(residual[:, :, None] * residual[:, None] - least)
+        offered = _entries(whitening[:, None] @ products @ across[:, None])
+        equations = np.moveaxis(offered, 1, -1).reshape(-1, known.shape[1])
+        strength = _not_negative(equations, wanted.reshape(-1))
+        covariance = _covariance(products, strength)
+    return strength
 
 
-def _correlation(left: Float[np.ndarray, "S 3"]) -> Float[np.ndarray, "3 3"]:
-    """Correlations of standardised residuals, of which some are wrong."""
-    sizes_squared = np.sum(left**2, axis=1)
-    rows = left / np.sqrt(np.maximum(sizes_squared / LIMIT**2, 1.0))[:, None]
-    products = rows.T @ rows + 1e-9 * np.eye(3)
-    scale = np.sqrt(np.diagonal(products))
-    return np.asarray(MOST_ALIKE * products / np.outer(scale, scale) + (1 - MOST_ALIKE) * np.eye(3))
+def _not_negative(
+    equations: Float[np.ndarray, "E U"], wanted: Float[np.ndarray, " E"]
+) -> Float[np.ndarray, " U"]:
+    """Least squares without negative unknowns, of many equations: by their normal equations."""
+    normal = equations.T @ equations
+    size = normal.shape[0]
+    root = np.linalg.cholesky(normal + 1e-9 * np.trace(normal) / size * np.eye(size)).T
+    return np.asarray(nnls(root, np.linalg.solve(root.T, equations.T @ wanted))[0])
+
+
+def _entries(symmetric: Float[np.ndarray, "*batch 3 3"]) -> Float[np.ndarray, "*batch 6"]:
+    return symmetric[..., ENTRIES[0], ENTRIES[1]] * TWICE
+
+
+def _products(known: Float[np.ndarray, "S U 3"]) -> Float[np.ndarray, "S U 3 3"]:
+    return known[..., :, None] * known[..., None, :]
+
+
+def _covariance(
+    products: Float[np.ndarray, "S U 3 3"], strength: Float[np.ndarray, " U"]
+) -> Float[np.ndarray, "S 3 3"]:
+    return np.asarray(np.einsum("u,suab->sab", strength, products) + np.diag(LEAST**2))
 
 
 def chained(steps: Steps) -> Float[np.ndarray, "3 N"]:

@@ -6,7 +6,7 @@ rig              frame: from the codes' twists to those of the rays' origin
                  per_scan: whether the commands between two scans count as one
 odometry         step, gaze, step_twist, gaze_twist, has_gaze: from commands to displacements
 mounting         angles of the rays, radians; origin; reach: the largest reading
-motion           twist, variance, correlation: what odometry gets wrong, and how uncertain it is
+motion           twist, strength: what odometry gets wrong, and how uncertain it is
 ```
 """
 
@@ -33,8 +33,7 @@ SHAPES: dict[str, tuple[int | str, ...]] = {
     "mounting.origin": (2,),
     "mounting.reach": (),
     "motion.twist": (6, 3),
-    "motion.variance": (3, 3),
-    "motion.correlation": (3, 3),
+    "motion.strength": (12,),
 }
 """Every array by section and name; equal letters are equal sizes."""
 SWITCHES = ("odometry.has_gaze", "rig.per_scan")
@@ -144,12 +143,8 @@ def _check_shape(
 
 
 def _check_values(found: Sections, path: Path) -> None:
-    """Refuse what would be no covariance."""
-    correlation, variance = (found["motion"][name] for name in ("correlation", "variance"))
-    regular = np.allclose(correlation, correlation.T) and np.allclose(np.diag(correlation), 1)
-    if not regular or np.linalg.eigvalsh(correlation).min() <= 0:
-        raise UserError("motion.correlation is no such matrix", where=path, remedy=REMEDY)
-    if (variance < 0).any():
-        raise UserError("motion.variance is below 0 in places", where=path, remedy=REMEDY)
+    """Refuse what has the right shape and makes no sense."""
+    if (found["motion"]["strength"] < 0).any():
+        raise UserError("motion.strength is below 0 in places", where=path, remedy=REMEDY)
     if found["mounting"]["reach"] <= 0:
         raise UserError("mounting.reach is not above 0", where=path, remedy=REMEDY)

@@ -23,6 +23,8 @@ SPREAD = (0.03, 0.07)
 """Standard deviations of odometry over a few steps: share of the reach, radians."""
 LOOSE = (0.1, 0.2)
 """The same where a match is to say how far off odometry is: it has to be the walls' word alone."""
+FREE = (0.3, 0.6)
+"""The same where it is to say how uncertain odometry is: what draws matches together hides that."""
 SHARE = 0.3
 """Least share of one scan's points on another; they look into different directions."""
 JOINED_SHARE = 0.5
@@ -132,7 +134,7 @@ NO_EDGES = Edges(np.zeros(0, int), np.zeros(0, int), np.zeros((3, 0)), np.zeros(
 
 
 def corrected_odometry(scans: Scans) -> Motion:
-    """What odometry gets wrong along a walk, by matches of neighbouring scans.
+    """What odometry gets wrong along a walk, and how uncertain it is, by matches of neighbours.
 
     Args:
         scans: Readings and odometry.
@@ -140,7 +142,10 @@ def corrected_odometry(scans: Scans) -> Motion:
     Raises:
         UserError: Where too few neighbouring scans can be matched.
     """
-    return _corrected(scans.views(), scans.steps, scans.mounting.reach)
+    views = scans.views()
+    motion = _corrected(views, scans.steps, scans.mounting.reach)
+    steps = motion.corrected(scans.steps)
+    return _uncertain(views, motion, steps, chained(steps))
 
 
 def _corrected(views: Views, steps: Float[np.ndarray, "3 S"], reach: float) -> Motion:
@@ -164,7 +169,7 @@ def _uncertain(
     """
     pairs = np.stack([np.arange(steps.shape[1]), np.arange(1, poses.shape[1])])
     guess, reach = relative(poses[:, :-1], poses[:, 1:]), motion.reach
-    rows, matches = mutual(views, pairs, guess, reach=reach, spread=LOOSE, share=SHARE)
+    rows, matches = mutual(views, pairs, guess, reach=reach, spread=FREE, share=SHARE)
     if len(rows) == 0:
         return motion
     found = fit_motion(steps[:, rows], matches, reach=reach, correct=False)

@@ -1,21 +1,27 @@
 """Simulated walks that nobody has seen before, and how well they are put together."""
 
 import time
+from dataclasses import replace
 
+import equinox as eqx
 import jax
 import numpy as np
 from jaxtyping import Float
 
-from motorspace._types import Key
-from motorspace.mapping.calibration import Calibrated
+from motorspace._types import Count, Key
+from motorspace.analysis.paths import absolute_error
 from motorspace.mapping.motion import chained
+from motorspace.mapping.odometry import distilled
 from motorspace.mapping.rig import calibrate_rig, coded_frames, learn_rig
 from motorspace.mapping.scores import Scores, measure_covariance, measure_path, measure_survey
-from motorspace.mapping.survey import survey
+from motorspace.mapping.survey import corrected_odometry, survey
 from motorspace.recordings.record import record, with_motor_errors
 from motorspace.recordings.recording import Recording
+from motorspace.training.config import RunConfig
 from motorspace.training.data import simulated
-from motorspace.training.run import Run
+from motorspace.training.run import Run, train
+from motorspace.training.sources import Simulation, source_of
+from motorspace.trajectories.transitions import Experience
 from motorspace.worlds.layouts import Layout
 from motorspace.worlds.scenario import Scenario
 from motorspace.worlds.sensors.range_fan import RangeFan
@@ -45,18 +51,70 @@ def truth_of(walk: Recording) -> Float[np.ndarray, "3 N"]:
     return np.stack([x, y, heading + head])
 
 
-def measure_chained(run: Run, walk: Recording) -> Scores:
-    """Errors of chained codes along a walk."""
-    return measure_path(chained(learn_rig(run, walk).scans(walk).steps), truth_of(walk))
+def measure_odometry(run: Run, walk: Recording) -> dict[str, Scores]:
+    """How far off odometry alone is along a walk, without loops.
+
+    Returns:
+        {path: {measure: value}}. Codes alone have a frame, a unit and perhaps a mirror image of
+        their own: the best similarity lays them on the true path.
+    """
+    truth, rig = truth_of(walk), learn_rig(run, walk)
+    codes = coded_frames(rig.odometry, walk, per_scan=rig.per_scan)
+    scans = rig.scans(walk)
+    corrected = corrected_odometry(scans).corrected(scans.steps)
+    alone = min(
+        absolute_error(path, truth, scaled=True) for path in (codes, codes * MIRROR[:, None])
+    )
+    return {
+        "still": measure_path(np.repeat(truth[:, :1], truth.shape[1], axis=1), truth),
+        "codes": {"path.ate": alone},
+        "chained": measure_path(chained(scans.steps), truth),
+        "corrected": measure_path(chained(corrected), truth),
+    }
 
 
-def measure_calibrated(body: Calibrated, walk: Recording) -> Scores:
-    """Errors of a body's calibrated odometry along a walk."""
-    odometry = body.odometry
-    # Codes are as consistent in a mirror; rays are listed counter-clockwise.
-    if np.median(np.sin(np.diff(body.mounting.angles))) < 0:
-        odometry = odometry.mirrored()
-    return measure_path(coded_frames(odometry, walk, per_scan=True), truth_of(walk))
+MIRROR = np.array([1.0, -1.0, -1.0])
+
+
+class MotorErrors(eqx.Module):
+    """Transitions of a body that does not do exactly what it was commanded."""
+
+    source: Simulation
+    noise: float
+    bias: float
+
+    def __call__(self, key: Key, epoch: Count) -> Experience:
+        """New transitions, with the commands that have led to them."""
+        experience = self.source(key, epoch)
+        executed = experience.motors
+        random = jax.random.normal(jax.random.fold_in(key, 1), executed.shape)
+        commanded = (executed - self.bias) / (1 + self.noise * random)
+        return eqx.tree_at(lambda e: e.motors, experience, commanded)
+
+
+def trained_with_motor_errors(config: RunConfig, *, noise: float, bias: float) -> Run:
+    """A run of the configuration whose body does m (1 + noise N(0, 1)) + bias when told m."""
+    source = source_of(config)
+    assert isinstance(source.experience, Simulation)
+    biased = MotorErrors(source.experience, noise, bias)
+    trained = train(config, biased, scaling=source.scaling)
+    return replace(trained, config=config)
+
+
+def bias_in_codes(run: Run, walk: Recording) -> float:
+    """The share of the bias of a body's turns that codes hold: how far they turn beyond commands.
+
+    Args:
+        run: A run of an agent whose first command is its turn.
+        walk: A walk of a body with the bias `BIAS`.
+    """
+    odometry = distilled(run, walk.increments).odometry
+    commanded = walk.increments[:, 0]
+    turned = odometry.steps(walk.increments)[2]
+    beyond = np.sin(turned - commanded), np.sin(-turned - commanded)
+    # Codes may be mirrored.
+    plain = min(beyond, key=lambda off: float(np.mean(off**2)))
+    return float(np.median(plain)) / BIAS
 
 
 def measure_mapping(run: Run, walk: Recording) -> dict[str, Scores]:

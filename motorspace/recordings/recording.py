@@ -36,6 +36,8 @@ class Recording:
     """Whether increments are (longitudinal, lateral, rotation) in the robot's own frame."""
     usable: Bool[np.ndarray, " N-1"]
     """Whether transitions may go from scan i to scan i + 1."""
+    odometry_poses: bool = False
+    """Whether `poses` are where odometry leads, because the true ones are unknown."""
     judged: bool = False
     """Whether the rules that leave intervals out have been applied already."""
     notes: tuple[str, ...] = ()
@@ -146,7 +148,7 @@ def _described_path(recording: Recording) -> dict[str, float]:
         "path length": float(steps.sum()),
         "step between scans (median)": float(np.median(steps)),
     }
-    if recording.planar and recording.usable.all():
+    if recording.planar and recording.usable.all() and not recording.odometry_poses:
         described["drift of chained increments at the end"] = end_drift(recording)
     return described
 

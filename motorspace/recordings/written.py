@@ -33,7 +33,9 @@ def write_table(recording: Recording, path: Path | str) -> None:
     path = Path(path)
     check_ending(path)
     columns = _columns(recording)
-    about = About(recording.planar, recording.sensor_scale, recording.judged)
+    about = About(
+        recording.planar, recording.sensor_scale, recording.judged, recording.odometry_poses
+    )
     content = _csv if path.suffix == ".csv" else _parquet
     write_atomically(path, content(columns, about))
 

@@ -11,6 +11,8 @@ from motorspace.reports.page import Section, picture, report_page
 
 KEY_MEASURES = ("path.ate", "map.iou", "loops.precision", "loops.recall")
 """Those that stand at the top, where truth is known."""
+PATH_MEASURES = ("path.ate", "path.drift", "path.rpe_shift.6", "path.rpe_turn.6")
+COVERAGE = ("covariance.68", "covariance.95")
 
 
 def map_page(
@@ -27,24 +29,31 @@ def map_page(
         paths: The walk by each kind of odometry, and in truth.
         scores: {path: {measure: value}}, where truth is known.
     """
-    final = scores.get("with loops", {})
+    final, corrected = scores.get("with loops", {}), scores.get("corrected", {})
     rows = [
-        {"path": kind} | {measure(key).title: f"{value:.3g}" for key, value in found.items()}
+        {"path": kind}
+        | {measure(key).title: f"{found[key]:.3g}" for key in PATH_MEASURES if key in found}
         for kind, found in scores.items()
     ]
+    loops = panels[0].loops
     known = "" if scores else " The walk's true poses are not known, so nothing here is scored."
     sections = [
         Section(
             "The map",
             "Dark cells hold something, pale ones are empty. The line is the walk; thin lines join"
             f" places that were recognised as one another.{known}",
-            facts=[(measure(key).label, final[key]) for key in KEY_MEASURES if key in final],
-            pictures=[picture("The map, from first to last", lambda: map_figure(panels))],
+            facts=[
+                (measure("loops.num").label, 0 if loops is None else len(loops)),
+                *((measure(key).label, final[key]) for key in KEY_MEASURES if key in final),
+            ],
+            pictures=[picture("The map", lambda: map_figure(panels))],
         ),
         Section(
             "The way",
-            "*Chained codes* are the products of the encoder's matrices, *corrected* is what is"
-            " left when matches of neighbouring scans have said what the motors get wrong.",
+            "Chained codes are products of the encoder's matrices, one for each command. The"
+            " corrected path is without what the motors get wrong, by matches of neighbouring"
+            " scans; its displacements have covariances, within which 68 and 95 of 100 should lie.",
+            facts=[(measure(key).label, corrected[key]) for key in COVERAGE if key in corrected],
             rows=rows,
             pictures=[picture("The walk by each kind of odometry", lambda: paths_figure(paths))],
         ),

@@ -1,28 +1,45 @@
 """How far do chained codes lead, and what does a map without odometry reach?"""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from motorspace.analysis.measures import Measure, define
 from motorspace.running.jobs import Job, cell
 from motorspace.studies.cells import CONTINUOUS, system
-from motorspace.studies.rows import Numbers, Row
-from motorspace.studies.study import Budget, Study, Table, Target
+from motorspace.studies.rows import Numbers, Row, chosen
+from motorspace.studies.study import Budget, Line, Study, Table, Target
 from motorspace.studies.tables import columns
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from motorspace.recordings.recording import Recording
     from motorspace.training.run import Run
 
 ROTATION = 0.4
 ROOMS, NUM_WALKS = 7_000, 4
 """The first seed of layouts that nothing was chosen on, and walks in each kind of layout."""
+BIASED_SEEDS = 3
+"""Seeds for which codes are learned with motors that are biased."""
 MAPPED = ("rooms", "four_rooms")
-KINDS = ("chained", "calibrated", "still")
+PATHS = ("still", "codes", "chained", "corrected")
+
+HEADS = {
+    "still": "standing still",
+    "codes": "codes alone",
+    "chained": "codes in the rays' frame",
+    "corrected": "corrected by neighbouring scans",
+}
 define(
-    Measure("odometry.ate.{kind}", "ATE, {kind}", goal="low", perfect=0.0, unit="world units"),
-    Measure("odometry.drift.{kind}", "drift, {kind}", goal="low", perfect=0.0),
+    *(
+        Measure(f"odometry.ate.{path}", f"ATE, {head}", goal="low", perfect=0.0, unit="world units")
+        for path, head in HEADS.items()
+    ),
+    *(
+        Measure(f"odometry.drift.{path}", f"drift, {head}", goal="low", perfect=0.0)
+        for path, head in HEADS.items()
+    ),
+    Measure("odometry.bias", "share of the bias that codes hold"),
     Measure("mapping.ate.{kind}", "ATE, {kind}", goal="low", perfect=0.0, unit="world units"),
     Measure("mapping.corrected.{kind}", "ATE, no loops, {kind}", goal="low", unit="world units"),
     Measure("mapping.raw.{kind}", "ATE, chained, {kind}", goal="low", unit="world units"),
@@ -30,55 +47,65 @@ define(
     Measure("mapping.iou.{kind}", "IoU, {kind}", goal="high", perfect=1.0),
     Measure("mapping.precision.{kind}", "precision of loops, {kind}", goal="high", perfect=1.0),
     Measure("mapping.recall.{kind}", "recall of loops, {kind}", goal="high", perfect=1.0),
-    Measure("mapping.within_68.{kind}", "within 68 %, {kind}"),
-    Measure("mapping.within_95.{kind}", "within 95 %, {kind}"),
+    Measure("mapping.within_68.{kind}", "within 68 %, {kind}", perfect=0.68),
+    Measure("mapping.within_95.{kind}", "within 95 %, {kind}", perfect=0.95),
     Measure("mapping.seconds.{kind}", "computing time, {kind}", goal="low", unit="s"),
+    Measure("mapping.failed.{kind}", "walks without a map, {kind}", goal="low", perfect=0.0),
 )
 
 
 def jobs(budget: Budget, seeds: int) -> list[Job]:
-    """Both agents with `best`; seed after seed."""
+    """Both agents with `best`, their motors as commanded or biased; seed after seed."""
     return [
-        Job("odometry", cell(agent=agent), system(agent, ROTATION, budget, seed, "best"), "walks")
+        Job(
+            "odometry",
+            cell(agent=agent, motors=motors),
+            system(agent, ROTATION, budget, seed, "best"),
+            motors,
+            trains=motors == "exact",
+        )
         for seed in range(seeds)
+        for motors in ("exact", "biased")
         for agent in CONTINUOUS
+        if motors == "exact" or seed < BIASED_SEEDS
     ]
 
 
 def measured(run: "Run", num: int) -> Numbers:
     """Medians over walks in layouts that the run has not seen."""
     del num
-    return _chained(run) | _mapped(run)
+    return _chained(run, biased=False) | _mapped(run)
 
 
-def _chained(run: "Run") -> dict[str, float]:
-    """Exact motors, no loops: the codes alone, and with the body calibrated by readings."""
-    import jax
+def measured_biased(run: "Run", num: int) -> Numbers:
+    """What codes of biased motors hold of the bias, and where they lead beside exact ones.
+
+    The network learns anew, with the run's budget, from a body that does not do as commanded.
+    """
+    del num
+    from motorspace.mapping.trials import BIAS, NOISE, trained_with_motor_errors
+
+    learned = trained_with_motor_errors(run.config, noise=NOISE, bias=BIAS)
+    return _chained(learned, biased=True)
+
+
+def _chained(run: "Run", *, biased: bool) -> dict[str, float]:
+    """Without loops: codes alone, in the rays' frame, and corrected by neighbouring scans."""
     import numpy as np
 
-    from motorspace.judge.judge import calibrate
-    from motorspace.mapping.scores import measure_path
-    from motorspace.mapping.trials import (
-        measure_calibrated,
-        measure_chained,
-        truth_of,
-        unseen_walk,
-    )
+    from motorspace.mapping.trials import bias_in_codes, measure_odometry
 
-    body = calibrate(run, key=jax.random.key(run.config.training.seed)).body
-    found: dict[str, list[dict[str, float]]] = {kind: [] for kind in KINDS}
-    for index in range(NUM_WALKS):
-        walk = unseen_walk(run, f"rooms:{ROOMS + index}", key=jax.random.key(ROOMS + index))
-        truth = truth_of(walk)
-        still = np.repeat(truth[:, :1], truth.shape[1], axis=1)
-        found["chained"].append(measure_chained(run, walk))
-        found["calibrated"].append(measure_calibrated(body, walk))
-        found["still"].append(measure_path(still, truth))
-    return {
-        f"odometry.{name}.{kind}": float(np.median([scores[f"path.{name}"] for scores in walks]))
-        for kind, walks in found.items()
+    walks = _walks(run, "rooms", ROOMS, biased=biased)
+    found = [measure_odometry(run, walk) for walk in walks]
+    scores = {
+        f"odometry.{name}.{path}": float(np.median([walk[path][f"path.{name}"] for walk in found]))
+        for path in PATHS
         for name in ("ate", "drift")
+        if (path, name) != ("codes", "drift")  # Their frame and unit are their own.
     }
+    if biased:
+        scores["odometry.bias"] = bias_in_codes(run, walks[0])
+    return scores
 
 
 PARTS = {
@@ -94,69 +121,131 @@ PARTS = {
     "seconds": ("with loops", "seconds"),
 }
 """What is kept of a map's scores: of which path, by which key."""
-SHORT = ("still", "raw", "corrected", "ate", "iou")
 
 
 def _mapped(run: "Run") -> dict[str, float]:
     """Noisy and biased motors, many rays, loops."""
-    import jax
     import numpy as np
 
-    from motorspace.mapping.trials import BIAS, NOISE, measure_mapping, unseen_walk
+    from motorspace._errors import UserError
+    from motorspace.mapping.trials import measure_mapping
 
     found: dict[str, float] = {}
     for kind in MAPPED:
         walks = []
-        for index in range(NUM_WALKS):
-            world = f"rooms:{ROOMS + index}" if kind == "rooms" else kind
-            key = jax.random.key(2 * ROOMS + index)
-            walk = unseen_walk(run, world, noise=NOISE, bias=BIAS, key=key)
-            walks.append(measure_mapping(run, walk))
-        for name, (path, key_of) in PARTS.items():
-            values = [scores[path][key_of] for scores in walks if key_of in scores[path]]
-            found[f"mapping.{name}.{kind}"] = float(np.median(values))
+        for walk in _walks(run, kind, 2 * ROOMS, biased=True):
+            try:
+                walks.append(measure_mapping(run, walk))
+            except UserError:
+                continue
+        found[f"mapping.failed.{kind}"] = float(NUM_WALKS - len(walks))
+        for name, (path, key) in PARTS.items():
+            if values := [scores[path][key] for scores in walks if key in scores[path]]:
+                found[f"mapping.{name}.{kind}"] = float(np.median(values))
     return found
+
+
+def _walks(run: "Run", kind: str, first: int, *, biased: bool) -> "list[Recording]":
+    """Walks in random rooms, each in its own, or in a bundled layout."""
+    import jax
+
+    from motorspace.mapping.trials import BIAS, NOISE, unseen_walk
+
+    noise, bias = (NOISE, BIAS) if biased else (0.0, 0.0)
+    return [
+        unseen_walk(
+            run,
+            f"rooms:{ROOMS + index}" if kind == "rooms" else kind,
+            noise=noise,
+            bias=bias,
+            key=jax.random.key(first + index),
+        )
+        for index in range(NUM_WALKS)
+    ]
 
 
 def figure(found: Sequence[Row]) -> "Figure":
     """Absolute errors of paths, with and without loops."""
     from motorspace.reports.figures.measures import changes_figure
 
-    keys = ("odometry.ate.chained", "odometry.ate.calibrated", "mapping.ate.rooms")
-    lines = [{"system": row.name} | row.line(*keys) for row in found]
+    keys = ("odometry.ate.codes", "odometry.ate.corrected", "mapping.ate.rooms")
+    lines = [{"system": row.name} | row.line(*keys) for row in chosen(found, motors="exact")]
     return changes_figure(lines, "system", keys)
 
+
+def _of(motors: str, *keys: str) -> Callable[[Sequence[Row]], Sequence[Line]]:
+    lines = columns("agent", *keys, heads=SHORT)
+    return lambda rows: lines(chosen(rows, motors=motors))
+
+
+ATES = tuple(f"odometry.ate.{path}" for path in PATHS)
+SHORT = {f"odometry.ate.{path}": f"ATE, {head}" for path, head in HEADS.items()}
+SHORT |= {f"odometry.drift.{path}": f"drift, {head}" for path, head in HEADS.items()}
+
+
+def _places(names: Sequence[str]) -> Callable[[Sequence[Row]], Sequence[Line]]:
+    """A line for each agent and kind of layout."""
+
+    def lines(rows: Sequence[Row]) -> list[Line]:
+        return [
+            {"agent": row.cell["agent"], "layout": kind}
+            | {
+                PLACE_HEADS[name]: spread.ends
+                for name in names
+                if (spread := row.get(f"mapping.{name}.{kind}")) is not None
+            }
+            for row in chosen(rows, motors="exact")
+            for kind in MAPPED
+        ]
+
+    return lines
+
+
+PLACE_HEADS = {
+    "still": "standing still",
+    "raw": "chained",
+    "corrected": "corrected",
+    "ate": "with loops",
+    "iou": "IoU",
+    "precision": "precision",
+    "recall": "recall",
+    "within_68": "within 68 %",
+    "within_95": "within 95 %",
+    "seconds": "seconds",
+    "failed": "without a map",
+}
+
+BOUNDS = (
+    ("exact motors, no loops: absolute error", "odometry.ate.corrected", 1.2, None),
+    ("exact motors, no loops: drift", "odometry.drift.corrected", 0.01, None),
+    ("noisy motors, loops, unseen rooms: absolute error", "mapping.ate.rooms", 0.7, None),
+    ("the same in four rooms that look alike", "mapping.ate.four_rooms", 1.5, None),
+    ("precision of loops in unseen rooms", "mapping.precision.rooms", None, 0.95),
+    ("recall of loops in unseen rooms", "mapping.recall.rooms", None, 0.7),
+    ("agreement of maps in unseen rooms", "mapping.iou.rooms", None, 0.4),
+    ("covariance: at least 65 of 100 within 68 %", "mapping.within_68.rooms", None, 0.65),
+    ("covariance: at most 71 of 100 within 68 %", "mapping.within_68.rooms", 0.71, None),
+    ("covariance: at least 92 of 100 within 95 %", "mapping.within_95.rooms", None, 0.92),
+    ("covariance: at most 98 of 100 within 95 %", "mapping.within_95.rooms", 0.98, None),
+    ("seconds for a map of 1,000 steps, with learning", "mapping.seconds.rooms", 60.0, None),
+)
+"""Claim, measure, upper and lower bound."""
 
 STUDY = Study(
     name="odometry",
     question="How far do chained codes lead, and what does a map without odometry reach?",
     jobs=jobs,
-    measures={"walks": measured},
+    measures={"exact": measured, "biased": measured_biased},
     tables={
-        "odometry": Table(
-            columns("agent", *(f"odometry.ate.{k}" for k in KINDS), "odometry.drift.calibrated")
-        ),
-        "mapping_rooms": Table(
-            columns(
-                "agent",
-                *(f"mapping.{name}.rooms" for name in ("still", "raw", "corrected", "ate", "iou")),
-            )
-        ),
-        "mapping": Table(
-            columns(
-                "agent", *(f"mapping.{name}.{kind}" for kind in MAPPED for name in PARTS), "seeds"
-            )
-        ),
+        "odometry": Table(_of("exact", *ATES, "odometry.drift.corrected")),
+        "odometry_biased": Table(_of("biased", *ATES, "odometry.bias")),
+        "mapping_paths": Table(_places(("still", "raw", "corrected", "ate"))),
+        "mapping_loops": Table(_places(("precision", "recall", "iou", "seconds"))),
+        "mapping_covariance": Table(_places(("within_68", "within_95", "failed"))),
     },
-    targets=(
-        Target("exact motors, no loops: absolute error", "odometry.ate.calibrated", at_most=1.2),
-        Target("exact motors, no loops: drift", "odometry.drift.calibrated", at_most=0.01),
-        Target("noisy motors, loops, unseen rooms", "mapping.ate.rooms", at_most=0.7),
-        Target("the same in four rooms that look alike", "mapping.ate.four_rooms", at_most=1.5),
-        Target("precision of loops", "mapping.precision.rooms", at_least=0.95),
-        Target("recall of loops", "mapping.recall.rooms", at_least=0.7),
-        Target("agreement of maps", "mapping.iou.rooms", at_least=0.4),
-        Target("seconds for a map of 1,000 steps", "mapping.seconds.rooms", at_most=60.0),
+    targets=tuple(
+        Target(claim, key, at_most=most, at_least=least, cells={"motors": "exact"})
+        for claim, key, most, least in BOUNDS
     ),
     figures={"odometry": figure},
 )

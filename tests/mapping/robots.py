@@ -19,6 +19,5 @@ def robot(num_rays: int = 61, seed: int = 0) -> CalibratedRig:
     odometry = Odometry(step, gaze, step_twist, gaze_twist, has_gaze=False)
     rays: Mounting = mounting(num_rays)
     rig = Rig(odometry, np.eye(3) + 0.1 * random.normal(size=(3, 3)), rays, per_scan=True)
-    twist, variance = 0.01 * random.normal(size=(6, 3)), random.uniform(0, 1e-3, (3, 3))
-    correlation = np.eye(3) + 0.2 * (1 - np.eye(3))
-    return CalibratedRig(rig, Motion(twist, variance, correlation, REACH))
+    twist, strength = 0.01 * random.normal(size=(6, 3)), random.uniform(0, 1e-3, 12)
+    return CalibratedRig(rig, Motion(twist, strength, REACH))

@@ -109,8 +109,7 @@ def test_a_broken_array_is_refused(name, value, sentence, tmp_path):
         (without("rig.per_scan"), "rig.per_scan is missing"),
         (changed("rig.per_scan", 1), "rig.per_scan is neither true nor false"),
         (changed("odometry.gaze", [[1.0] * 4]), r"shape \[1, 4\], not \['F', 4\]"),
-        (changed("motion.correlation", [[1.0] * 3] * 3), "motion.correlation is no such matrix"),
-        (changed("motion.variance", [[-1.0] * 3] * 3), "motion.variance is below 0"),
+        (changed("motion.strength", [-1.0] * 12), "motion.strength is below 0"),
         (changed("mounting.reach", 0.0), "mounting.reach is not above 0"),
     ],
 )

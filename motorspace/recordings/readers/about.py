@@ -6,7 +6,7 @@ The comment is `# motorspace: {"planar": true, "sensor_scale": [10.0, 10.0], "ju
 import json
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 from motorspace._errors import UserError
@@ -15,6 +15,7 @@ KEY = "motorspace"
 PREFIX = f"# {KEY}:"
 LONGEST = 1_000_000
 """Signs of the longest description that is read."""
+FLAGS = ("planar", "judged", "odometry_poses")
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,8 @@ class About:
     """Largest magnitude of each sensor; None stands for the largest in its column."""
     judged: bool = False
     """Whether what is no transition is left out already."""
+    odometry_poses: bool = False
+    """Whether the poses are where odometry leads."""
 
     def text(self) -> str:
         """The description as JSON; `read_about` gives it back."""
@@ -57,12 +60,12 @@ def read_about(text: str, *, where: object) -> About:
         found = None
     if not isinstance(found, dict):
         raise _wrong("it is no JSON object", where)
-    if unknown := found.keys() - {"planar", "sensor_scale", "judged"}:
+    if unknown := found.keys() - {field.name for field in fields(About)}:
         raise _wrong(f"it names {', '.join(sorted(unknown))}", where)
-    planar, judged = found.get("planar", False), found.get("judged", False)
-    if not isinstance(planar, bool) or not isinstance(judged, bool):
-        raise _wrong("planar and judged are true or false", where)
-    return About(planar, _scales(found.get("sensor_scale"), where), judged)
+    for name in FLAGS:
+        if not isinstance(found.get(name, False), bool):
+            raise _wrong(f"{name} is true or false", where)
+    return About(**found | {"sensor_scale": _scales(found.get("sensor_scale"), where)})
 
 
 def _scales(value: Any, where: object) -> tuple[float, ...] | None:

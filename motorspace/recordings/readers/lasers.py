@@ -69,6 +69,16 @@ class Log(NamedTuple):
     """From when to when the motion is unknown: no transition goes through it."""
 
 
+class Moved(NamedTuple):
+    """How the robot moved."""
+
+    increments: Increments
+    poses: Float[np.ndarray, "N 3"]
+    """Of every scan: true ones, or those of the odometry."""
+    poses_known: bool
+    """Whether they are true."""
+
+
 @dataclass(frozen=True)
 class LaserReader(AbstractReader):
     """Reads logs of laser scans and odometry; a format says how its rows are written."""
@@ -113,16 +123,17 @@ class LaserReader(AbstractReader):
         if np.isnan(time).all():
             time = np.arange(len(scans), dtype=float)
             notes.append("the scans have no time stamps: they are numbered instead")
-        increments, poses = self._motion(rows, time, notes, where=path)
+        moved = self._motion(rows, time, notes, where=path)
         sensed = self._sensed(scans, notes, where=path)
         refused = sensed.invalid & (self.invalid == "leave_out")
         return Recording(
             name=path.name,
             time=time,
             sensors=sensed.sensors,
-            increments=increments.values,
-            interval=increments.interval,
-            poses=np.concatenate([poses, np.zeros((len(poses), 1))], axis=1),
+            increments=moved.increments.values,
+            interval=moved.increments.interval,
+            poses=np.concatenate([moved.poses, np.zeros((len(scans), 1))], axis=1),
+            odometry_poses=not moved.poses_known,
             sensor_scale=(sensed.limit,) * self.num_rays,
             planar=True,
             usable=~(refused[:-1] | refused[1:] | _within(gaps, time, notes)),
@@ -151,7 +162,7 @@ class LaserReader(AbstractReader):
         notes: list[str],
         *,
         where: object,
-    ) -> tuple[Increments, Float[np.ndarray, "N 3"]]:
+    ) -> Moved:
         """The raw increments, and the true poses as far as they are known."""
         track, poses = _track(rows, time)
         return _raw(in_order(track), poses, track, notes)
@@ -172,7 +183,7 @@ class FramedReader(LaserReader):
         notes: list[str],
         *,
         where: object,
-    ) -> tuple[Increments, Float[np.ndarray, "N 3"]]:
+    ) -> Moved:
         track, poses = _track(rows, time)
         if self._is_raw(track, poses):
             if track.scan.all() and np.isnan(track.pose).any():
@@ -188,7 +199,7 @@ class FramedReader(LaserReader):
                 remedy=f"{NEEDS}, or set odometry to raw if the scans' poses are not corrected",
             )
         notes.append("corrected log; increments are taken between scans, never across one")
-        return increments, poses
+        return Moved(increments, poses, poses_known=True)
 
     def _is_raw(self, track: Track, poses: Float[np.ndarray, "N 3"]) -> bool:
         if self.odometry != "auto":
@@ -215,14 +226,14 @@ def _raw(
     poses: Float[np.ndarray, "N 3"],
     track: Track,
     notes: list[str],
-) -> tuple[Increments, Float[np.ndarray, "N 3"]]:
+) -> Moved:
     """Increments of raw odometry; its poses stand for the true ones where these are unknown."""
     increments, by_odometry = moved
     independent = _independent(track.pose[track.scan], poses)
     if not independent:
         notes.append("raw odometry; true poses are unknown, the odometry stands for them")
-    known = independent or np.isfinite(poses).all()
-    return increments, poses if known else by_odometry
+    complete = independent or np.isfinite(poses).all()
+    return Moved(increments, poses if complete else by_odometry, poses_known=independent)
 
 
 def _within(

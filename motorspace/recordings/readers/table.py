@@ -101,6 +101,7 @@ class TableReader(AbstractReader):
             sensor_scale=tuple(float(s) if s > 0 else 1.0 for s in scale),
             planar=table.about.planar,
             judged=table.about.judged,
+            odometry_poses=table.about.odometry_poses,
             usable=executed & sensed[:-1] & sensed[1:],
             notes=tuple(notes),
         )
