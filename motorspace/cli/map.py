@@ -82,8 +82,8 @@ def write_map(
     scores: dict[str, Any] = {}
     if truth is not None:
         scores = measure_survey(scans, found, paths, truth)
-        paths = {name: _laid_on(path, truth) for name, path in paths.items()} | {"truth": truth}
-    panels = _panels(scans, found, paths, cell=cell)
+        paths = {name: laid_on(path, truth) for name, path in paths.items()} | {"truth": truth}
+    panels = panels_of(scans, found, paths, cell=cell)
     flat = {name: path[:2] for name, path in paths.items()}
     drawn = panels[0]
     free, corner = drawn.seen & ~drawn.occupied, (drawn.low[0], drawn.low[1])
@@ -94,15 +94,17 @@ def write_map(
     return scores
 
 
-def _laid_on(path: np.ndarray, truth: np.ndarray) -> np.ndarray:
+def laid_on(path: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """The path, moved to lie on the true one."""
     from motorspace.analysis.paths import alignment
 
     return alignment(path, truth)(path)
 
 
-def _panels(
+def panels_of(
     scans: "Scans", found: "Survey", paths: dict[str, np.ndarray], *, cell: float | None
 ) -> list["MapPanel"]:
+    """Drawings of the readings along the path with loops and, where it is known, the true one."""
     from motorspace.mapping.occupancy import occupancy
     from motorspace.reports.figures.maps import MapPanel
 

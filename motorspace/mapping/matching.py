@@ -14,7 +14,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from motorspace._types import Scalar
 from motorspace.mapping.views import FAR, Views
-from motorspace.se2 import inverse, relative
+from motorspace.se2 import inverse, relative, wrap
 
 ROUNDS, FEW_ROUNDS = 10, 4
 """Steps from a guess; from one that is known to be near."""
@@ -102,7 +102,9 @@ def match(
         found = _matched(padded, stiffness, near=near)
         parts.append([np.asarray(part[: len(here)], np.float64) for part in found])
     displacement, information, share = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return Matches((displacement * scale).T, information / np.outer(scale, scale), share)
+    displacement = (displacement * scale).T
+    displacement[2] = wrap(displacement[2])
+    return Matches(displacement, information / np.outer(scale, scale), share)
 
 
 def _padded(part: np.ndarray) -> Float[Array, "E *rest"]:

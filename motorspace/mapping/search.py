@@ -138,7 +138,7 @@ def _search(
         overlap = jnp.where(outside, -1.0, overlap)
         best = jnp.argmax(overlap)
         angle, row, column = jnp.unravel_index(best, overlap.shape)
-        place = jnp.stack([shifts[row], shifts[column], turns[angle]])
+        place = jnp.stack([shifts[row], shifts[column], wrap(turns[angle])])
         return place, jnp.max(overlap)
 
     found: tuple[Array, Array] = jax.lax.map(one, (*pairs, guess), batch_size=AT_ONCE)

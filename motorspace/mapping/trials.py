@@ -133,7 +133,7 @@ def measure_mapping(run: Run, walk: Recording) -> dict[str, Scores]:
     return scores
 
 
-def measure_uncharted(
+def measure_open(
     run: Run, world: str, *, noise: float = NOISE, bias: float = BIAS, key: Key
 ) -> Scores:
     """Calibrate a robot on one walk, and measure its odometry where no wall is in sight.

@@ -71,20 +71,20 @@ define(
 )
 
 
+VARIANTS = {"codes": 5, "references": 1, "pretrained": 3, "frozen": 3}
+"""What the jobs are, and for how many seeds at most."""
+
+
 def jobs(budget: Budget, seeds: int) -> list[Job]:
     """Each log: codes, the same with a predictor that simulation has trained, references."""
     return [
-        Job("logs", cell(recording=name, variant=variant), config, variant, trains=trains)
+        Job("logs", cell(recording=name, variant=variant), config, variant, variant == "codes")
         for seed in range(seeds)
         for name, horizon in HORIZONS.items()
-        for variant, trains in VARIANTS.items()
-        if seed == 0 or variant != "references"
+        for variant, most in VARIANTS.items()
+        if seed < most
         for config in [_config(name, horizon, budget, seed)]
     ]
-
-
-VARIANTS = {"codes": True, "references": False, "pretrained": False, "frozen": False}
-"""What the jobs are, and whether their runs are trained as any other."""
 
 
 def _config(name: str, horizon: int, budget: Budget, seed: int) -> RunConfig:
@@ -110,7 +110,7 @@ def measured(run: "Run", num: int) -> Numbers:
     from motorspace.mapping.survey import survey
     from motorspace.mapping.trials import truth_of
 
-    log = _log(run)
+    log = log_with_beams(run)
     began = time.process_time()
     scans = learn_rig(run, log).scans(log)
     found = survey(scans)
@@ -149,7 +149,7 @@ def measured_references(run: "Run", num: int) -> Numbers:
     from motorspace.mapping.scores import measure_path
     from motorspace.mapping.trials import truth_of
 
-    log = _log(run)
+    log = log_with_beams(run)
     truth = truth_of(log)
     found: dict[str, float] = {}
     for way, path in reference_paths(log, truth).items():
@@ -157,7 +157,7 @@ def measured_references(run: "Run", num: int) -> Numbers:
     return found
 
 
-def _log(run: "Run") -> "Recording":
+def log_with_beams(run: "Run") -> "Recording":
     """The run's log, with as many rays as maps are made of."""
     data = run.config.data
     assert isinstance(data, Logged)

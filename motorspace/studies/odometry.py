@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 ROTATION = 0.4
 ROOMS, NUM_WALKS = 7_000, 4
 """The first seed of layouts that nothing was chosen on, and walks in each kind of layout."""
-BIASED_SEEDS = 3
-"""Seeds for which codes are learned with motors that are biased."""
+FEW_SEEDS = 3
+"""Seeds of the trials beside walks."""
 MAPPED = ("rooms", "four_rooms")
 PATHS = ("still", "codes", "chained", "corrected")
 
@@ -55,20 +55,24 @@ define(
 
 
 def jobs(budget: Budget, seeds: int) -> list[Job]:
-    """Both agents with `best`, their motors as commanded or biased; seed after seed."""
+    """Both agents with `best`, in each of the `TRIALS`; seed after seed."""
     return [
         Job(
             "odometry",
-            cell(agent=agent, motors=motors),
+            cell(agent=agent, trial=trial),
             system(agent, ROTATION, budget, seed, "best"),
-            motors,
-            trains=motors == "exact",
+            trial,
+            trains=trial != "biased",
         )
         for seed in range(seeds)
-        for motors in ("exact", "biased")
+        for trial in TRIALS
         for agent in CONTINUOUS
-        if motors == "exact" or seed < BIASED_SEEDS
+        if trial == "walks" or seed < FEW_SEEDS
     ]
+
+
+TRIALS = ("walks", "biased", "open")
+"""Codes of exact motors on walks; codes of biased ones; calibrated odometry without walls."""
 
 
 def measured(run: "Run", num: int) -> Numbers:
@@ -87,6 +91,25 @@ def measured_biased(run: "Run", num: int) -> Numbers:
 
     learned = trained_with_motor_errors(run.config, noise=NOISE, bias=BIAS)
     return _chained(learned, biased=True)
+
+
+def measured_open(run: "Run", num: int) -> Numbers:
+    """Odometry that was calibrated in rooms, where no wall is in sight."""
+    del num
+    import jax
+    import numpy as np
+
+    from motorspace.mapping.trials import measure_open
+
+    walks = [
+        measure_open(run, f"rooms:{ROOMS + index}", key=jax.random.key(ROOMS + index))
+        for index in range(NUM_WALKS)
+    ]
+    return {
+        f"mapping.{name}.open": float(np.median([walk[key] for walk in walks]))
+        for name, (_, key) in PARTS.items()
+        if key in walks[0]
+    }
 
 
 def _chained(run: "Run", *, biased: bool) -> dict[str, float]:
@@ -169,13 +192,13 @@ def figure(found: Sequence[Row]) -> "Figure":
     from motorspace.reports.figures.measures import changes_figure
 
     keys = ("odometry.ate.codes", "odometry.ate.corrected", "mapping.ate.rooms")
-    lines = [{"system": row.name} | row.line(*keys) for row in chosen(found, motors="exact")]
+    lines = [{"system": row.name} | row.line(*keys) for row in chosen(found, trial="walks")]
     return changes_figure(lines, "system", keys)
 
 
-def _of(motors: str, *keys: str) -> Callable[[Sequence[Row]], Sequence[Line]]:
+def _of(trial: str, *keys: str) -> Callable[[Sequence[Row]], Sequence[Line]]:
     lines = columns("agent", *keys, heads=SHORT)
-    return lambda rows: lines(chosen(rows, motors=motors))
+    return lambda rows: lines(chosen(rows, trial=trial))
 
 
 ATES = tuple(f"odometry.ate.{path}" for path in PATHS)
@@ -194,13 +217,14 @@ def _places(names: Sequence[str]) -> Callable[[Sequence[Row]], Sequence[Line]]:
                 for name in names
                 if (spread := row.get(f"mapping.{name}.{kind}")) is not None
             }
-            for row in chosen(rows, motors="exact")
+            for row in chosen(rows, trial="walks")
             for kind in MAPPED
         ]
 
     return lines
 
 
+OPEN = tuple(f"mapping.{name}.open" for name in ("ate", "within_68", "within_95"))
 PLACE_HEADS = {
     "still": "standing still",
     "raw": "chained",
@@ -235,16 +259,17 @@ STUDY = Study(
     name="odometry",
     question="How far do chained codes lead, and what does a map without odometry reach?",
     jobs=jobs,
-    measures={"exact": measured, "biased": measured_biased},
+    measures={"walks": measured, "biased": measured_biased, "open": measured_open},
     tables={
-        "odometry": Table(_of("exact", *ATES, "odometry.drift.corrected")),
+        "odometry": Table(_of("walks", *ATES, "odometry.drift.corrected")),
         "odometry_biased": Table(_of("biased", *ATES, "odometry.bias")),
         "mapping_paths": Table(_places(("still", "raw", "corrected", "ate"))),
         "mapping_loops": Table(_places(("precision", "recall", "iou", "seconds"))),
         "mapping_covariance": Table(_places(("within_68", "within_95", "failed"))),
+        "odometry_open": Table(_of("open", *OPEN)),
     },
     targets=tuple(
-        Target(claim, key, at_most=most, at_least=least, cells={"motors": "exact"})
+        Target(claim, key, at_most=most, at_least=least, cells={"trial": "walks"})
         for claim, key, most, least in BOUNDS
     ),
     figures={"odometry": figure},

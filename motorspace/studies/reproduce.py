@@ -49,7 +49,7 @@ def reproduce(
     jobs = [job for name in wanted for job in study_named(name).jobs(budget, seeds)]
     if ALL in names and logs is None:
         jobs = [job for job in jobs if not isinstance(base_of(_config(job).data), Logged)]
-    jobs = [replace(job, config=_with_log(_config(job), logs)) for job in jobs]
+    jobs = [replace(job, config=with_log(_config(job), logs)) for job in jobs]
     measure = partial(execute, num=TEST_TRAJECTORIES[budget])
     run_jobs(jobs, out, measure, executor=executor, report=report)
 
@@ -78,7 +78,7 @@ def _config(job: Job) -> RunConfig:
     return job.config
 
 
-def _with_log(config: RunConfig, logs: Path | None) -> RunConfig:
+def with_log(config: RunConfig, logs: Path | None) -> RunConfig:
     """The configuration with its log in the folder `logs`, if it learns from one."""
     source = base_of(config.data)
     if not isinstance(source, Logged):

@@ -11,6 +11,7 @@ from motorspace.mapping.motion import chained, chained_covariance, fit_motion
 from motorspace.mapping.occupancy import agreement, grid_around, occupancy
 from motorspace.mapping.pose_graph import Edges, chordal, joined, optimised
 from motorspace.mapping.scores import measure_loops
+from motorspace.mapping.search import Window, images, search
 from motorspace.mapping.survey import NO_EDGES, Scans, survey
 from tests.mapping.rooms import REACH, mounting, ranges, steps_of, walk
 
@@ -142,3 +143,18 @@ def test_what_matches_do_not_say_corrects_nothing():
     matches = matches._replace(information=np.where(corridor, across, matches.information))
     motion = fit_motion(said, matches, reach=REACH)
     np.testing.assert_allclose(motion.corrected(said), true, atol=3e-3)
+
+
+def test_turns_are_found_and_matched_within_half_a_turn():
+    rooms = Scans(SENSORS, steps_of(TRUTH), RAYS).views()
+    pairs = np.stack([np.arange(60), np.arange(60) + 1])
+    guess, _ = search(images(rooms, reach=REACH), pairs, np.zeros((3, 60)), WINDOW, reach=REACH)
+    found = match(rooms, pairs, guess, reach=REACH, spread=(0.1, 0.2)).displacement
+    turned = steps_of(TRUTH)[2, :60]
+    assert turned.min() < -0.05
+    for angle in (guess[2], found[2]):
+        assert np.abs(angle).max() <= np.pi
+        assert np.median(np.abs(angle - turned)) < 0.2
+
+
+WINDOW = Window(0.2, 0.8)

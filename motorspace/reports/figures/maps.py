@@ -40,7 +40,8 @@ def map_figure(panels: Sequence[MapPanel]) -> Figure:
     """
     width, height = panels[0].occupied.shape
     tall = min(max(height / width, 0.35), 1.6)
-    figure = new_figure(5.6 * len(panels), 5.6 * tall + 0.5)
+    side = max(5.6, 8 / len(panels))
+    figure = new_figure(side * len(panels), side * tall + 0.5)
     for axes, panel in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
         cells = np.where(panel.occupied, 2, panel.seen.astype(int)).T
         x, y = panel.low
@@ -64,7 +65,8 @@ def map_figure(panels: Sequence[MapPanel]) -> Figure:
 @styled
 def paths_figure(paths: dict[str, Float[np.ndarray, "2 N"]]) -> Figure:
     """Returns a picture of paths of one walk, each under its name."""
-    figure = new_figure(6.4, 6)
+    wide, tall = np.ptp(np.concatenate([*paths.values()], axis=1), axis=1)
+    figure = new_figure(7.5, 7.5 * min(max(tall / max(wide, 1e-9), 0.35), 1.2) + 0.6)
     axes = figure.add_subplot()
     for (name, path), colour in zip(paths.items(), SERIES, strict=False):
         axes.plot(*path, color=colour, lw=1.2, label=name)
