@@ -143,7 +143,7 @@ def _check_shape(
 
 
 def _check_values(found: Sections, path: Path) -> None:
-    """Refuse what would be no covariance."""
+    """Refuse what has the right shape and makes no sense."""
     if (found["motion"]["strength"] < 0).any():
         raise UserError("motion.strength is below 0 in places", where=path, remedy=REMEDY)
     if found["mounting"]["reach"] <= 0:

@@ -134,7 +134,7 @@ NO_EDGES = Edges(np.zeros(0, int), np.zeros(0, int), np.zeros((3, 0)), np.zeros(
 
 
 def corrected_odometry(scans: Scans) -> Motion:
-    """What odometry gets wrong along a walk, by matches of neighbouring scans.
+    """What odometry gets wrong along a walk, and how uncertain it is, by matches of neighbours.
 
     Args:
         scans: Readings and odometry.
@@ -142,7 +142,10 @@ def corrected_odometry(scans: Scans) -> Motion:
     Raises:
         UserError: Where too few neighbouring scans can be matched.
     """
-    return _corrected(scans.views(), scans.steps, scans.mounting.reach)
+    views = scans.views()
+    motion = _corrected(views, scans.steps, scans.mounting.reach)
+    steps = motion.corrected(scans.steps)
+    return _uncertain(views, motion, steps, chained(steps))
 
 
 def _corrected(views: Views, steps: Float[np.ndarray, "3 S"], reach: float) -> Motion:
