@@ -25,11 +25,11 @@ SHARE = 0.5
 """Least share of a view's points on the other one."""
 SPREAD = (0.1, 0.2)
 """Standard deviations of a guess: share of the reach, radians."""
-AROUND = 6
+AROUND = 9
 """Keyframes from here on, and back, whose loops are neighbours."""
 AGREE = (0.03, 0.06)
 """How far neighbours may disagree: share of the reach, radians."""
-SUPPORT = 2
+SUPPORT = 3
 """Neighbours that have to agree."""
 
 

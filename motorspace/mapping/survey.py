@@ -27,12 +27,12 @@ FREE = (0.3, 0.6)
 """The same where it is to say how uncertain odometry is: what draws matches together hides that."""
 SHARE = 0.3
 """Least share of one scan's points on another; they look into different directions."""
-JOINED_SHARE = 0.5
-KEYFRAME = (0.07, 0.8)
+JOINED_SHARE = 0.3
+KEYFRAME = (0.05, 0.5)
 """From one keyframe to the next: share of the reach, radians."""
 NUM_JOINED, NUM_POINTS = 600, 128
 """Readings that are joined to a keyframe's view, and points that are kept of them."""
-NEIGHBOURS = (1, 2, 4)
+NEIGHBOURS = (1, 2, 4, 7)
 """Keyframes from one to another on the way that are matched."""
 APART = 0.5
 """Least length of the way around a loop, share of the reach."""
