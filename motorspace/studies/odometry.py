@@ -106,9 +106,8 @@ def measured_open(run: "Run", num: int) -> Numbers:
         for index in range(NUM_WALKS)
     ]
     return {
-        f"mapping.{name}.open": float(np.median([walk[key] for walk in walks]))
-        for name, (_, key) in PARTS.items()
-        if key in walks[0]
+        f"mapping.{name}.open": float(np.median([walk[PARTS[name][1]] for walk in walks]))
+        for name in ("ate", "within_68", "within_95")
     }
 
 
