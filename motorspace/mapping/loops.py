@@ -41,12 +41,14 @@ class Keyframes(NamedTuple):
         views: What is seen there.
         travelled: The length of the way up to each, [V].
         reach: The largest reading.
+        around: Moments before and after each whose readings are part of its view.
     """
 
     moments: Int[np.ndarray, " V"]
     views: Views
     travelled: Float[np.ndarray, " V"]
     reach: float
+    around: int
 
     def revisited(
         self, poses: Float[np.ndarray, "3 V"], *, apart: float, within: float, most: int

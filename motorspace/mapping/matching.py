@@ -90,7 +90,7 @@ def match(
     """
     scale = np.array([reach, reach, 1.0])
     start = guess.T / scale
-    points, normals = views.points / reach, views.normals
+    points, normals = views.in_reaches(reach), views.normals
     moving = points[:, :: -(-points.shape[1] // MOVED)]
     shift, turn = spread
     stiffness = jnp.asarray([1 / shift, 1 / shift, 1 / turn], jnp.float32)

@@ -50,7 +50,7 @@ class Images(NamedTuple):
 
 def images(views: Views, *, reach: float) -> Images:
     """The views as images of a fixed size."""
-    first, second, num_cells = _images(jnp.asarray(views.points / reach, jnp.float32))
+    first, second, num_cells = _images(jnp.asarray(views.in_reaches(reach), jnp.float32))
     return Images(first, second, num_cells)
 
 
@@ -101,7 +101,7 @@ def _images(points: Float[Array, "V P 2"]) -> tuple[Array, Array, Array]:
 
     def of_view(points: Float[Array, "P 2"]) -> tuple[Array, Array, Array]:
         x, y = points.T
-        exists = x < FAR / 1e4
+        exists = x < FAR / 2
 
         def turned(angle: Float[Array, ""]) -> Float[Array, "W W"]:
             cos, sin = jnp.cos(angle), jnp.sin(angle)

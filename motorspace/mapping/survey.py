@@ -6,14 +6,14 @@ import numpy as np
 from jaxtyping import Float
 
 from motorspace.mapping.frame import check_matched
-from motorspace.mapping.loops import Keyframes, far_loops, near_loops
-from motorspace.mapping.matching import mutual
+from motorspace.mapping.loops import PER_RADIAN, Keyframes, far_loops, near_loops
+from motorspace.mapping.matching import match, mutual
 from motorspace.mapping.motion import Motion, chained, fit_motion
 from motorspace.mapping.mounting import SATURATED, Mounting, unwrapped
 from motorspace.mapping.pose_graph import Edges, joined, optimised
 from motorspace.mapping.search import Window, images
 from motorspace.mapping.views import Views, joined_views, scan_views
-from motorspace.se2 import relative
+from motorspace.se2 import relative, wrap
 
 CORRECTIONS = 2
 """Rounds in which odometry is corrected by matches of neighbours."""
@@ -41,6 +41,8 @@ SEARCHES, ENOUGH = 3, 0.5
 """How often loops are searched for far around, unless there are so many for each keyframe."""
 PASSES = (0.25, 0.12)
 """How far apart keyframes may be thought to be whose views are matched, one pass after another."""
+NUM_HELD, WITHIN, HELD_SHARE = 3, 0.15, 0.5
+"""Keyframes that each scan is matched with, how near they are, the least share of its points."""
 CERTAINTY, JOINED_CERTAINTY = 0.1, 0.03
 """Errors of points on one wall are alike: matches are less certain than if they were not."""
 
@@ -125,6 +127,8 @@ def survey(scans: Scans, known: Motion | None = None) -> Survey:
         loops = found.between(keyframes.moments, JOINED_CERTAINTY)
         around = _around(keyframes, there)
         poses = optimised(odometry, joined(*matched, around, loops), poses)
+    on_keyframes = _on_keyframes(views, keyframes, poses)
+    poses = optimised(odometry, joined(*matched, around, loops, on_keyframes), poses)
     if known is None:
         motion = _uncertain(views, motion, steps, poses)
     return Survey(poses, local, motion, loops)
@@ -198,7 +202,7 @@ def _keyframes(views: Views, poses: Float[np.ndarray, "3 N"], scans: Scans) -> K
     around = max(1, round(NUM_JOINED / (2 * scans.sensors.shape[1])))
     joint = joined_views(views, poses, chosen, around=around, num_points=NUM_POINTS, reach=reach)
     way = np.append(0.0, np.cumsum(np.hypot(*np.diff(poses[:2], axis=1))))
-    return Keyframes(chosen, joint, way[chosen], reach)
+    return Keyframes(chosen, joint, way[chosen], reach, around)
 
 
 def _around(keyframes: Keyframes, poses: Float[np.ndarray, "3 V"]) -> Edges:
@@ -221,3 +225,26 @@ def _around(keyframes: Keyframes, poses: Float[np.ndarray, "3 V"]) -> Edges:
     )
     found = Edges.of(pairs[:, rows], matches.displacement, matches.information)
     return found.between(keyframes.moments, JOINED_CERTAINTY)
+
+
+def _on_keyframes(views: Views, keyframes: Keyframes, poses: Float[np.ndarray, "3 N"]) -> Edges:
+    """Matches of every scan with the nearest keyframes that have not seen it themselves.
+
+    Scans whose neighbours do not match are where odometry has left them, until now.
+    """
+    reach, num = keyframes.reach, poses.shape[1]
+    x, y, turn = poses[:, :, None] - poses[:, keyframes.moments][:, None]
+    away = np.hypot(x, y) / reach + PER_RADIAN * np.abs(wrap(turn))
+    away[np.abs(np.arange(num)[:, None] - keyframes.moments) <= keyframes.around] = np.inf
+    nearest = np.argsort(away, axis=1)[:, :NUM_HELD]
+    near = np.take_along_axis(away, nearest, axis=1) < WITHIN
+    second, place = np.nonzero(near)
+    first = nearest[second, place]
+    both = keyframes.views.beside(views)
+    pairs = np.stack([first, len(keyframes.moments) + second])
+    moments = np.stack([keyframes.moments[first], second])
+    guess = relative(poses[:, moments[0]], poses[:, moments[1]])
+    found = match(both, pairs, guess, reach=reach, spread=SPREAD, near=True)
+    held = found.share > HELD_SHARE
+    found = found.chosen(held)
+    return Edges.of(moments[:, held], found.displacement, CERTAINTY * found.information)

@@ -37,6 +37,28 @@ class Views(NamedTuple):
         """Those of some places."""
         return Views(self.points[rows], self.normals[rows])
 
+    def in_reaches(self, reach: float) -> Float[np.ndarray, "V P 2"]:
+        """The points in another unit; those that do not exist stay as far away."""
+        return np.where(self.exist[..., None], self.points / reach, FAR)
+
+    def beside(self, others: "Views") -> "Views":
+        """These and others, whose points may be of another number."""
+        most = max(self.points.shape[1], others.points.shape[1])
+        pairs = zip(self, others, (FAR, 0.0), strict=True)
+        return Views(
+            *(
+                np.concatenate([_filled(a, most, none), _filled(b, most, none)])
+                for a, b, none in pairs
+            )
+        )
+
+
+def _filled(
+    points: Float[np.ndarray, "V P 2"], most: int, none: float
+) -> Float[np.ndarray, "V Q 2"]:
+    missing = most - points.shape[1]
+    return np.pad(points, ((0, 0), (0, missing), (0, 0)), constant_values=none)
+
 
 def scan_views(
     points: Float[np.ndarray, "N K 2"], met: Bool[np.ndarray, "N K"], *, reach: float
