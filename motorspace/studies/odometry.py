@@ -55,7 +55,7 @@ define(
 
 
 def jobs(budget: Budget, seeds: int) -> list[Job]:
-    """Both agents with `best`, in each of the `TRIALS`; seed after seed."""
+    """Both agents with `best`, in each of the `TRIALS`; seed after seed of each."""
     return [
         Job(
             "odometry",
@@ -64,8 +64,8 @@ def jobs(budget: Budget, seeds: int) -> list[Job]:
             trial,
             trains=trial != "biased",
         )
-        for seed in range(seeds)
         for trial in TRIALS
+        for seed in range(seeds)
         for agent in CONTINUOUS
         if trial == "walks" or seed < FEW_SEEDS
     ]
