@@ -158,3 +158,23 @@ def test_turns_are_found_and_matched_within_half_a_turn():
 
 
 WINDOW = Window(0.2, 0.8)
+
+
+def test_rays_that_meet_nothing_are_no_part_of_a_share():
+    blind = SENSORS[:1].copy()
+    blind[:, 30:] = REACH
+    view = Scans(blind, np.zeros((3, 0)), RAYS).views()
+    assert 20 < view.exist.sum() <= 30
+    pairs = np.zeros((2, 1), int)
+    found = match(view, pairs, np.zeros((3, 1)), reach=REACH, spread=(0.1, 0.2))
+    assert found.share[0] > 0.95
+
+
+def test_scans_are_matched_with_views_of_more_points():
+    scans = Scans(SENSORS, steps_of(TRUTH), RAYS)
+    few = scans.views().chosen(np.arange(3))
+    many = few._replace(points=few.points[:, :40], normals=few.normals[:, :40])
+    both = few.beside(many)
+    assert both.points.shape == (6, 61, 2)
+    np.testing.assert_array_equal(both.points[3:, :40], many.points)
+    assert not both.exist[3:, 40:].any()
