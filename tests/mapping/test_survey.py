@@ -168,7 +168,7 @@ def test_rays_that_meet_nothing_are_no_part_of_a_share():
     pairs = np.zeros((2, 1), int)
     found = match(view, pairs, np.zeros((3, 1)), reach=REACH, spread=(0.1, 0.2))
     on_walls = np.any(view.normals != 0, axis=-1).sum()
-    assert found.share[0] == pytest.approx(on_walls / view.exist.sum()) > 0.9
+    assert found.share[0] == pytest.approx(on_walls / view.exist.sum())
 
 
 def test_scans_are_matched_with_views_of_more_points():
