@@ -186,10 +186,9 @@ FLOORS = (
         ("reports", "figures, tables", GREEN),
     ),
     (("training", "configuration, the loop, the folder of a run", PURPLE),),
-    (
-        ("evaluation", "errors, structure", GREEN),
-        ("judge", "a map of its own", PURPLE),
-    ),
+    (("evaluation", "errors, structure of codes", GREEN),),
+    (("mapping", "odometry of codes, a map of one walk", PURPLE),),
+    (("judge", "a map of its own, and what it says of commands", PURPLE),),
     (
         ("environments", "Gymnasium", ORANGE),
         ("control", "goals, plans", ORANGE),
