@@ -198,7 +198,7 @@ command(f"motorspace odometry run {log} --out path.csv --save-calibration robot.
 command(f"motorspace map run {log} --out map")
 
 # %% [markdown]
-# With loops the path is off by 2 centimetres. `covariance.68` and `covariance.95` say how many
+# With loops the path is off by a centimetre. `covariance.68` and `covariance.95` say how many
 # errors lie where 68 and 95 of 100 should: more do, so the uncertainty is stated somewhat too
 # large here.
 #
