@@ -188,11 +188,19 @@ def _walks(run: "Run", kind: str, first: int, *, biased: bool) -> "list[Recordin
 
 def figure(found: Sequence[Row]) -> "Figure":
     """Absolute errors of paths, with and without loops."""
-    from motorspace.reports.figures.measures import changes_figure
+    from motorspace.reports.figures.maps import errors_figure
 
-    keys = ("odometry.ate.codes", "odometry.ate.corrected", "mapping.ate.rooms")
-    lines = [{"system": row.name} | row.line(*keys) for row in chosen(found, trial="walks")]
-    return changes_figure(lines, "system", keys)
+    return errors_figure(
+        {
+            f"{row.cell['agent']}, {kind.replace('_', ' ')}": {
+                PLACE_HEADS[name]: spread.ends
+                for name in ("still", "raw", "corrected", "ate")
+                if (spread := row.get(f"mapping.{name}.{kind}")) is not None
+            }
+            for row in chosen(found, trial="walks")
+            for kind in MAPPED
+        }
+    )
 
 
 def _of(trial: str, *keys: str) -> Callable[[Sequence[Row]], Sequence[Line]]:

@@ -8,7 +8,7 @@ import PIL.ImageSequence
 import pytest
 
 from motorspace import ForwardAgent, RangeFan, layout, rollout
-from motorspace.reports.figures import codes, films, measures, style, worlds
+from motorspace.reports.figures import codes, films, maps, measures, style, worlds
 from motorspace.reports.figures.measures import Axis
 
 RNG = np.random.default_rng(0)
@@ -160,3 +160,16 @@ def test_changes_have_a_line_each():
 def test_learning_has_levels_to_compare_with():
     figure = measures.learning_figure({"training": np.array([3.0, 2.0])}, {"oracle": 1.0})
     assert is_png(figure) and len(figure.axes[0].lines) == 2
+
+
+def test_maps_paths_and_their_errors():
+    cells = RNG.random((12, 8)) > 0.8
+    panel = maps.MapPanel("rooms", cells, ~cells, np.zeros(2), 0.5, RNG.random((2, 30)))
+    assert len(maps.map_figure([panel, panel]).axes) == 2
+    drawn = maps.paths_figure({"codes": RNG.random((2, 30)), "truth": RNG.random((2, 30))})
+    assert [line.get_label() for line in drawn.axes[0].lines] == ["codes", "truth"]
+    errors = {"hall": {"codes": {"mean": 1.0, "low": 0.5, "high": 2.0}, "still": 9.0}, "yard": {}}
+    figure = maps.errors_figure(errors, unit="metres")
+    assert [text.get_text() for text in figure.axes[0].get_yticklabels()] == ["hall", "yard"]
+    assert [text.get_text() for text in figure.legends[0].texts] == ["codes", "still"]
+    assert is_png(drawn) and is_png(figure)

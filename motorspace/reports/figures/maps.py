@@ -1,6 +1,6 @@
 """Pictures of maps that were put together from readings."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
 from motorspace.reports.figures.style import SERIES, ink, new_figure, styled
+from motorspace.reports.tables import Row, interval_of
 
 
 @dataclass(frozen=True)
@@ -74,4 +75,29 @@ def paths_figure(paths: dict[str, Float[np.ndarray, "2 N"]]) -> Figure:
     axes.scatter(x, y, s=40, color=ink("text"), zorder=4, linewidths=0)
     axes.set(aspect="equal", xlabel="x (world units)", ylabel="y (world units)")
     axes.legend()
+    return figure
+
+
+@styled
+def errors_figure(errors: Mapping[str, Row], *, unit: str = "world units") -> Figure:
+    """Returns a picture of how far off paths are, on a logarithmic scale.
+
+    Args:
+        errors: {walk: {path: its absolute error, or mean and interval}}; a row for each walk.
+        unit: What errors are measured in.
+    """
+    paths = list(dict.fromkeys(path for found in errors.values() for path in found))
+    figure = new_figure(7.5, 1.1 + 0.5 * len(errors))
+    axes = figure.add_subplot()
+    for path, colour in zip(paths, SERIES, strict=False):
+        known = [(row, interval_of(found.get(path))) for row, found in enumerate(errors.values())]
+        for row, interval in known:
+            if interval is not None:
+                axes.plot([interval.low, interval.high], [row, row], color=colour, lw=2)
+                axes.plot(interval.mean, row, "o", color=colour)
+        axes.plot([], [], "o", color=colour, label=path)
+    axes.set(xscale="log", xlabel=f"absolute error of the path ({unit})")
+    axes.set_yticks(range(len(errors)), list(errors))
+    axes.set_ylim(len(errors) - 0.5, -0.5)
+    figure.legend(loc="outside upper center", ncols=len(paths))
     return figure
