@@ -12,7 +12,7 @@ from motorspace.recordings.recording import Recording
 
 @pytest.fixture
 def driven() -> Recording:
-    """A robot's log whose poses are its own odometry."""
+    """A robot's log, and where it was."""
     steps = np.tile([0.1, 0.0, 0.05], (10, 1))
     path = [np.zeros(3)]
     for step in steps:
@@ -31,13 +31,11 @@ def driven() -> Recording:
 
 
 def test_odometry_is_no_truth(driven):
-    assert truth_of(driven) is None
+    assert truth_of(dataclasses.replace(driven, odometry_poses=True)) is None
 
 
-def test_poses_that_odometry_misses_are(driven):
-    poses = driven.poses * 1.1
-    truth = truth_of(dataclasses.replace(driven, poses=poses))
-    np.testing.assert_allclose(truth, poses[:, :3].T)
+def test_known_poses_are(driven):
+    np.testing.assert_allclose(truth_of(driven), driven.poses[:, :3].T)
 
 
 def test_unknown_poses_are_none(driven):
