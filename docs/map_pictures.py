@@ -11,11 +11,12 @@ import jax
 
 import motorspace as ms
 from docs.drawings import PICTURES
-from motorspace.cli.map import laid_on, panels_of
+from motorspace.analysis.paths import aligned
+from motorspace.cli.map import panels_of
 from motorspace.mapping.rig import learn_rig
 from motorspace.mapping.survey import survey
-from motorspace.mapping.trials import BIAS, NOISE, truth_of, unseen_walk
-from motorspace.recordings.recording import Recording
+from motorspace.mapping.trials import BIAS, NOISE, unseen_walk
+from motorspace.recordings.recording import Recording, sensor_frames
 from motorspace.reports.figures.maps import map_figure
 from motorspace.studies.logs import STUDY, log_with_beams
 from motorspace.studies.reproduce import with_log
@@ -38,8 +39,8 @@ def main(logs: Path) -> None:
 def draw(name: str, run: Run, walk: Recording) -> None:
     """Put a walk together, and draw it beside the same readings at their true poses."""
     scans = learn_rig(run, walk).scans(walk)
-    found, truth = survey(scans), truth_of(walk)
-    paths = {"with loops": laid_on(found.poses, truth), "truth": truth}
+    found, truth = survey(scans), sensor_frames(walk)
+    paths = {"with loops": aligned(found.poses, truth), "truth": truth}
     figure = map_figure(panels_of(scans, found, paths, cell=None))
     figure.savefig(PICTURES / f"{name}.png", dpi=110)
 

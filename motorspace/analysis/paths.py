@@ -62,6 +62,16 @@ def alignment(path: Path, truth: Path, *, scaled: bool = False) -> Alignment:
     return Alignment(np.array([shift.real, shift.imag, angle]), scale)
 
 
+def aligned(path: Path, truth: Path, *, scaled: bool = False) -> Path:
+    """The path, laid on the true one; see `alignment`."""
+    return alignment(path, truth, scaled=scaled)(path)
+
+
+def standing_still(truth: Path) -> Path:
+    """The reference that odometry has to beat: the path that stays where it begins, [3, N]."""
+    return np.repeat(truth[:, :1], truth.shape[1], axis=1)
+
+
 def absolute_error(path: Path, truth: Path, *, scaled: bool = False) -> float:
     """The absolute trajectory error (ATE): root mean square distance after alignment.
 
@@ -81,7 +91,7 @@ def absolute_error(path: Path, truth: Path, *, scaled: bool = False) -> float:
         >>> round(absolute_error(truth + np.array([[3.0], [1.0], [0.0]]), truth), 6)
         0.0
     """
-    off = alignment(path, truth, scaled=scaled)(path)[:2] - truth[:2]
+    off = aligned(path, truth, scaled=scaled)[:2] - truth[:2]
     return float(np.sqrt(np.mean(np.sum(off**2, axis=0))))
 
 

@@ -70,6 +70,7 @@ def write_map(
 ) -> dict[str, Any]:
     """Write the page, the path as CSV, the map for ROS, and the numbers; returns the numbers."""
     from motorspace._files import write_atomically, write_json
+    from motorspace.analysis.paths import aligned
     from motorspace.mapping.motion import chained
     from motorspace.mapping.scores import measure_survey
     from motorspace.reports.map_page import map_page
@@ -82,7 +83,7 @@ def write_map(
     scores: dict[str, Any] = {}
     if truth is not None:
         scores = measure_survey(scans, found, paths, truth)
-        paths = {name: laid_on(path, truth) for name, path in paths.items()} | {"truth": truth}
+        paths = {name: aligned(path, truth) for name, path in paths.items()} | {"truth": truth}
     panels = panels_of(scans, found, paths, cell=cell)
     flat = {name: path[:2] for name, path in paths.items()}
     drawn = panels[0]
@@ -92,13 +93,6 @@ def write_map(
     write_atomically(folder / PATH, _csv(walk, paths["with loops"]).encode())
     write_atomically(folder / PAGE, map_page(walk.name, panels, flat, scores).encode())
     return scores
-
-
-def laid_on(path: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """The path, moved to lie on the true one."""
-    from motorspace.analysis.paths import alignment
-
-    return alignment(path, truth)(path)
 
 
 def panels_of(

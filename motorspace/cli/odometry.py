@@ -39,6 +39,7 @@ def run(options: argparse.Namespace) -> None:
     from motorspace.cli.runtime import prepare_jax
 
     prepare_jax()
+    from motorspace.analysis.paths import standing_still
     from motorspace.mapping.motion import chained
     from motorspace.mapping.rig import CalibratedRig, calibrate_rig
     from motorspace.mapping.scores import measure_path
@@ -53,7 +54,7 @@ def run(options: argparse.Namespace) -> None:
     paths = {"chained codes": chained(scans.steps), "corrected": chained(steps)}
     truth = truth_of(walk)
     if truth is not None:
-        paths["standing still"] = np.repeat(truth[:, :1], truth.shape[1], axis=1)
+        paths["standing still"] = standing_still(truth)
         show(
             {name: measure_path(path, truth) for name, path in paths.items()},
             as_json=options.json,

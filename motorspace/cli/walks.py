@@ -105,7 +105,8 @@ def walk_of(options: argparse.Namespace, run: "Run") -> "Recording":
 
 def truth_of(walk: "Recording") -> np.ndarray | None:
     """The true frames of the sensors along a walk, [3, N]; None where one is unknown."""
+    from motorspace.recordings.recording import sensor_frames
+
     if walk.odometry_poses or not np.isfinite(walk.poses).all():
         return None
-    x, y, heading, head = walk.poses.T
-    return np.stack([x, y, heading + head])
+    return sensor_frames(walk)

@@ -64,12 +64,25 @@ class Keyframes(NamedTuple):
         found = []
         for second in range(len(self.moments)):
             before = np.searchsorted(self.travelled, self.travelled[second] - apart)
-            distance = np.hypot(*(poses[:2, :before] - poses[:2, [second]]))
-            turn = np.abs(wrap(poses[2, :before] - poses[2, second]))
-            nearest = np.argsort(distance / self.reach + PER_RADIAN * turn)[:most]
+            offset = poses[:, :before] - poses[:, [second]]
+            distance = np.hypot(*offset[:2])
+            nearest = np.argsort(unlikeness(offset, reach=self.reach))[:most]
             nearest = nearest[distance[nearest] < within]
             found.append(np.stack([nearest, np.full(len(nearest), second)]))
         return np.concatenate(found, axis=1).astype(np.int64)
+
+
+def unlikeness(
+    offset: Float[np.ndarray, "3 *pairs"], *, reach: float
+) -> Float[np.ndarray, "*pairs"]:
+    """How little two views have in common: how far they are apart, and how far turned.
+
+    Args:
+        offset: From one pose to the other, x, y and angle.
+        reach: The largest reading, which is the unit.
+    """
+    x, y, turn = offset
+    return np.asarray(np.hypot(x, y) / reach + PER_RADIAN * np.abs(wrap(turn)))
 
 
 def near_loops(

@@ -108,7 +108,7 @@ def _correction(
     for _ in range(FITS):
         information = np.linalg.inv(doubt + np.diag(noise**2))
         twist = Equations(equations, off, information).fitted().reshape(-1, 3)
-        noise = np.maximum(LEAST, 1.4826 * np.median(np.abs(off - known @ twist), axis=0))
+        noise = _spread(off - known @ twist)
     return twist
 
 
@@ -121,8 +121,7 @@ def _strengths(
     after the round before.
     """
     products = _products(known)
-    spread = np.maximum(LEAST, 1.4826 * np.median(np.abs(left), axis=0))
-    covariance = np.broadcast_to(np.diag(spread**2), (len(left), 3, 3))
+    covariance = np.broadcast_to(np.diag(_spread(left) ** 2), (len(left), 3, 3))
     strength = np.zeros(known.shape[1])
     for _ in range(ROUNDS):
         whitening = np.linalg.inv(np.linalg.cholesky(covariance))
@@ -137,6 +136,11 @@ def _strengths(
         strength = _not_negative(equations, wanted.reshape(-1))
         covariance = _covariance(products, strength)
     return strength
+
+
+def _spread(left: Float[np.ndarray, "S 3"]) -> Float[np.ndarray, "3"]:
+    """Standard deviations of residuals of which some are wrong, by their median."""
+    return np.maximum(LEAST, 1.4826 * np.median(np.abs(left), axis=0))
 
 
 def _not_negative(

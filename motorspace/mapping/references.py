@@ -5,6 +5,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
+from motorspace.analysis.paths import standing_still
 from motorspace.mapping.motion import chained, terms
 from motorspace.mapping.mounting import Mounting
 from motorspace.mapping.survey import Scans, survey
@@ -39,7 +40,7 @@ def reference_paths(log: Recording, truth: Path) -> dict[str, Path]:
     directions = np.linspace(-math.pi / 2, math.pi / 2, log.sensors.shape[1])
     matched = survey(Scans(log.sensors, steps, Mounting(directions, np.zeros(2), reach)))
     return {
-        "still": np.repeat(truth[:, :1], truth.shape[1], axis=1),
+        "still": standing_still(truth),
         "raw": chained(steps),
         "kinematics": chained(_best_kinematics(steps, should, reach)),
         "regressor": chained(_regressed(log, steps, should)),

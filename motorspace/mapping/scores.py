@@ -5,11 +5,12 @@ from jaxtyping import Float
 
 from motorspace.analysis.paths import (
     absolute_error,
-    alignment,
+    aligned,
     coverage,
     drift,
     relative_error,
     relative_errors,
+    standing_still,
 )
 from motorspace.mapping.motion import Motion, chained, chained_covariance
 from motorspace.mapping.occupancy import agreement, grid_around, occupancy
@@ -60,8 +61,7 @@ def measure_survey(
         truth: The true path.
     """
     scores = {name: measure_path(path, truth) for name, path in paths.items()}
-    still = np.repeat(truth[:, :1], truth.shape[1], axis=1)
-    scores["standing still"] = measure_path(still, truth)
+    scores["standing still"] = measure_path(standing_still(truth), truth)
     scores["corrected"] |= measure_covariance(scans, survey.motion, truth)
     scores["with loops"] |= measure_loops(survey.loops, truth, reach=scans.mounting.reach)
     scores["with loops"] |= measure_map(scans, survey, truth)
@@ -135,7 +135,7 @@ def measure_map(scans: Scans, survey: Survey, truth: Path) -> Scores:
     Intersection over union of occupied cells, after the path is laid on the true one.
     """
     cell = CELL * scans.mounting.reach
-    poses = alignment(survey.poses, truth)(survey.poses)
+    poses = aligned(survey.poses, truth)
     grid = grid_around(truth, scans.sensors, scans.mounting, cell=cell)
     drawings = [
         occupancy(path, scans.sensors, scans.mounting, cell=cell, grid=grid)

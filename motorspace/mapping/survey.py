@@ -3,17 +3,17 @@
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from motorspace.mapping.frame import check_matched
-from motorspace.mapping.loops import PER_RADIAN, Keyframes, far_loops, near_loops
+from motorspace.mapping.loops import Keyframes, far_loops, near_loops, unlikeness
 from motorspace.mapping.matching import match, mutual
 from motorspace.mapping.motion import Motion, chained, fit_motion
 from motorspace.mapping.mounting import SATURATED, Mounting, unwrapped
 from motorspace.mapping.pose_graph import Edges, joined, optimised
 from motorspace.mapping.search import Window, images
 from motorspace.mapping.views import Views, joined_views, scan_views
-from motorspace.se2 import relative, wrap
+from motorspace.se2 import relative
 
 CORRECTIONS = 2
 """Rounds in which odometry is corrected by matches of neighbours."""
@@ -130,7 +130,7 @@ def survey(scans: Scans, known: Motion | None = None) -> Survey:
     on_keyframes = _on_keyframes(views, keyframes, poses)
     poses = optimised(odometry, joined(*matched, around, loops, on_keyframes), poses)
     if known is None:
-        motion = _uncertain(views, motion, steps, poses)
+        motion = _uncertain(views, motion, steps, relative(poses[:, :-1], poses[:, 1:]))
     return Survey(poses, local, motion, loops)
 
 
@@ -149,12 +149,12 @@ def corrected_odometry(scans: Scans) -> Motion:
     views = scans.views()
     motion = _corrected(views, scans.steps, scans.mounting.reach)
     steps = motion.corrected(scans.steps)
-    return _uncertain(views, motion, steps, chained(steps))
+    return _uncertain(views, motion, steps, steps)
 
 
 def _corrected(views: Views, steps: Float[np.ndarray, "3 S"], reach: float) -> Motion:
     """Odometry that agrees with matches of neighbouring scans, on average."""
-    pairs = np.stack([np.arange(steps.shape[1]), np.arange(1, steps.shape[1] + 1)])
+    pairs = _apart(steps.shape[1] + 1, 1)
     given = steps
     for _ in range(CORRECTIONS):
         rows, matches = mutual(views, pairs, steps, reach=reach, spread=LOOSE, share=SHARE)
@@ -165,14 +165,14 @@ def _corrected(views: Views, steps: Float[np.ndarray, "3 S"], reach: float) -> M
 
 
 def _uncertain(
-    views: Views, motion: Motion, steps: Float[np.ndarray, "3 S"], poses: Float[np.ndarray, "3 N"]
+    views: Views, motion: Motion, steps: Float[np.ndarray, "3 S"], guess: Float[np.ndarray, "3 S"]
 ) -> Motion:
     """The motion with the uncertainty of corrected odometry, by how far it is from matches.
 
-    Not from poses: they are compromises with odometry itself.
+    Matches begin with the guess. Steps between poses are no more than that: they are compromises
+    with odometry itself.
     """
-    pairs = np.stack([np.arange(steps.shape[1]), np.arange(1, poses.shape[1])])
-    guess, reach = relative(poses[:, :-1], poses[:, 1:]), motion.reach
+    reach, pairs = motion.reach, _apart(steps.shape[1] + 1, 1)
     rows, matches = mutual(views, pairs, guess, reach=reach, spread=FREE, share=SHARE)
     if len(rows) == 0:
         return motion
@@ -182,11 +182,16 @@ def _uncertain(
 
 def _neighbours(views: Views, poses: Float[np.ndarray, "3 N"], gap: int, reach: float) -> Edges:
     """Matches of scans so many steps apart."""
-    first = np.arange(poses.shape[1] - gap)
-    pairs = np.stack([first, first + gap])
-    guess = relative(poses[:, first], poses[:, first + gap])
+    pairs = _apart(poses.shape[1], gap)
+    guess = relative(poses[:, pairs[0]], poses[:, pairs[1]])
     rows, matches = mutual(views, pairs, guess, reach=reach, spread=SPREAD, share=SHARE)
     return Edges.of(pairs[:, rows], matches.displacement, CERTAINTY * matches.information)
+
+
+def _apart(num: int, gap: int) -> Int[np.ndarray, "2 E"]:
+    """The pairs of `num` in a row that are so many apart; none where they are fewer."""
+    first = np.arange(max(num - gap, 0))
+    return np.stack([first, first + gap])
 
 
 def _keyframes(views: Views, poses: Float[np.ndarray, "3 N"], scans: Scans) -> Keyframes:
@@ -207,14 +212,8 @@ def _keyframes(views: Views, poses: Float[np.ndarray, "3 N"], scans: Scans) -> K
 
 def _around(keyframes: Keyframes, poses: Float[np.ndarray, "3 V"]) -> Edges:
     """Matches of keyframes that follow one another."""
-    num = len(keyframes.moments)
-    pairs = np.concatenate(
-        [np.stack([np.arange(num - gap), np.arange(gap, num)]) for gap in NEIGHBOURS if gap < num]
-        or [np.zeros((2, 0), int)],
-        axis=1,
-    )
-    first, second = pairs
-    guess = relative(poses[:, first], poses[:, second])
+    pairs = np.concatenate([_apart(len(keyframes.moments), gap) for gap in NEIGHBOURS], axis=1)
+    guess = relative(poses[:, pairs[0]], poses[:, pairs[1]])
     rows, matches = mutual(
         keyframes.views,
         pairs,
@@ -233,8 +232,8 @@ def _on_keyframes(views: Views, keyframes: Keyframes, poses: Float[np.ndarray, "
     Scans whose neighbours do not match are where odometry has left them, until now.
     """
     reach, num = keyframes.reach, poses.shape[1]
-    x, y, turn = poses[:, :, None] - poses[:, keyframes.moments][:, None]
-    away = np.hypot(x, y) / reach + PER_RADIAN * np.abs(wrap(turn))
+    offset = poses[:, :, None] - poses[:, keyframes.moments][:, None]
+    away = unlikeness(offset, reach=reach)
     away[np.abs(np.arange(num)[:, None] - keyframes.moments) <= keyframes.around] = np.inf
     nearest = np.argsort(away, axis=1)[:, :NUM_HELD]
     near = np.take_along_axis(away, nearest, axis=1) < WITHIN

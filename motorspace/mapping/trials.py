@@ -7,17 +7,16 @@ from dataclasses import replace
 import equinox as eqx
 import jax
 import numpy as np
-from jaxtyping import Float
 
 from motorspace._types import Count, Key
-from motorspace.analysis.paths import absolute_error
+from motorspace.analysis.paths import absolute_error, standing_still
 from motorspace.mapping.motion import chained
 from motorspace.mapping.odometry import distilled
 from motorspace.mapping.rig import calibrate_rig, coded_frames, learn_rig
 from motorspace.mapping.scores import Scores, measure_covariance, measure_path, measure_survey
 from motorspace.mapping.survey import corrected_odometry, survey
-from motorspace.recordings.record import record, with_motor_errors
-from motorspace.recordings.recording import Recording
+from motorspace.recordings.record import commanded, record, with_motor_errors
+from motorspace.recordings.recording import Recording, sensor_frames
 from motorspace.training.config import RunConfig
 from motorspace.training.data import simulated
 from motorspace.training.run import Run, train
@@ -46,12 +45,6 @@ def unseen_walk(
     return with_motor_errors(walk, noise=noise, bias=bias, key=noise_key)
 
 
-def truth_of(walk: Recording) -> Float[np.ndarray, "3 N"]:
-    """The true frames of the sensors along a simulated walk."""
-    x, y, heading, head = walk.poses.T
-    return np.stack([x, y, heading + head])
-
-
 def measure_odometry(run: Run, walk: Recording) -> dict[str, Scores]:
     """How far off odometry alone is along a walk, without loops.
 
@@ -59,22 +52,19 @@ def measure_odometry(run: Run, walk: Recording) -> dict[str, Scores]:
         {path: {measure: value}}. Codes alone have a frame, a unit and perhaps a mirror image of
         their own: the best similarity lays them on the true path.
     """
-    truth, rig = truth_of(walk), learn_rig(run, walk)
-    codes = coded_frames(rig.odometry, walk, per_scan=rig.per_scan)
+    truth, rig = sensor_frames(walk), learn_rig(run, walk)
     scans = rig.scans(walk)
     corrected = corrected_odometry(scans).corrected(scans.steps)
     alone = min(
-        absolute_error(path, truth, scaled=True) for path in (codes, codes * MIRROR[:, None])
+        absolute_error(coded_frames(codes, walk, per_scan=rig.per_scan), truth, scaled=True)
+        for codes in (rig.odometry, rig.odometry.mirrored())
     )
     return {
-        "still": measure_path(np.repeat(truth[:, :1], truth.shape[1], axis=1), truth),
+        "still": measure_path(standing_still(truth), truth),
         "codes": {"path.ate": alone},
         "chained": measure_path(chained(scans.steps), truth),
         "corrected": measure_path(chained(corrected), truth),
     }
-
-
-MIRROR = np.array([1.0, -1.0, -1.0])
 
 
 class MotorErrors(eqx.Module):
@@ -89,8 +79,8 @@ class MotorErrors(eqx.Module):
         experience = self.source(key, epoch)
         executed = experience.motors
         random = jax.random.normal(jax.random.fold_in(key, 1), executed.shape)
-        commanded = (executed - self.bias) / (1 + self.noise * random)
-        return eqx.tree_at(lambda e: e.motors, experience, commanded)
+        motors = commanded(executed, random, noise=self.noise, bias=self.bias)
+        return eqx.tree_at(lambda e: e.motors, experience, motors)
 
 
 def trained_with_motor_errors(config: RunConfig, *, noise: float, bias: float) -> Run:
@@ -129,7 +119,7 @@ def measure_mapping(run: Run, walk: Recording) -> dict[str, Scores]:
     found = survey(scans)
     seconds = time.process_time() - began
     paths = {"chained": chained(scans.steps), "corrected": found.local, "with loops": found.poses}
-    scores = measure_survey(scans, found, paths, truth_of(walk))
+    scores = measure_survey(scans, found, paths, sensor_frames(walk))
     scores["with loops"]["seconds"] = seconds
     return scores
 
@@ -152,6 +142,6 @@ def measure_open(
     there, here = jax.random.split(key)
     robot = calibrate_rig(run, unseen_walk(run, world, noise=noise, bias=bias, key=there))
     after = unseen_walk(run, OPEN, noise=noise, bias=bias, key=here)
-    scans, truth = robot.rig.scans(after), truth_of(after)
+    scans, truth = robot.rig.scans(after), sensor_frames(after)
     path = chained(robot.motion.corrected(scans.steps))
     return measure_path(path, truth) | measure_covariance(scans, robot.motion, truth)

@@ -11,6 +11,7 @@ from jaxtyping import Array, Bool, Float
 from motorspace._errors import UserError
 from motorspace._types import Collision, Flag, Key, Keys, Motor, Pose
 from motorspace.recordings.recording import Recording
+from motorspace.se2 import Batch
 from motorspace.worlds.exploration import Policy
 from motorspace.worlds.scenario import Scenario
 
@@ -85,8 +86,21 @@ def with_motor_errors(
         bias: What is added to each command, in its own unit.
         key: Randomness of the noise.
     """
-    factor = 1 + noise * np.asarray(jax.random.normal(key, recording.increments.shape))
-    return replace(recording, increments=(recording.increments - bias) / factor)
+    random = np.asarray(jax.random.normal(key, recording.increments.shape))
+    motors = commanded(recording.increments, random, noise=noise, bias=bias)
+    return replace(recording, increments=motors)
+
+
+def commanded(executed: Batch, random: Batch, *, noise: float, bias: float) -> Batch:
+    """The commands of a body that has executed these: m where m (1 + noise random) + bias was done.
+
+    Args:
+        executed: Commands of any shape, NumPy or JAX.
+        random: A standard normal number for each.
+        noise: Standard deviation of the relative error of each command.
+        bias: What is added to each command, in its own unit.
+    """
+    return (executed - bias) / (1 + noise * random)
 
 
 @eqx.filter_jit

@@ -50,6 +50,12 @@ class Recording:
         return len(self.sensors)
 
 
+def sensor_frames(recording: Recording) -> Float[np.ndarray, "3 N"]:
+    """Where the sensors are at every scan, and which way they look: x, y, heading + head."""
+    x, y, heading, head = recording.poses.T
+    return np.stack([x, y, heading + head])
+
+
 def transition_starts(recording: Recording, horizon: int) -> Int[np.ndarray, " W"]:
     """The first scan of every transition that goes through usable intervals alone.
 

@@ -10,7 +10,12 @@ from jaxtyping import Float, Int
 from motorspace import se2
 from motorspace._errors import UserError
 from motorspace._types import Key
-from motorspace.recordings.recording import Recording, chained_per_interval, transition_starts
+from motorspace.recordings.recording import (
+    Recording,
+    chained_per_interval,
+    sensor_frames,
+    transition_starts,
+)
 from motorspace.trajectories.transitions import Displacements, Experience, Trajectories
 
 FRACTIONS = (0.6, 0.2, 0.2)
@@ -50,7 +55,7 @@ def windows(recording: Recording, *, horizon: int, per_scan: bool) -> Trajectori
         num_steps=jnp.asarray(lengths, jnp.int32),
         later_sensors=jnp.asarray(recording.sensors[starts + horizon], jnp.float32),
     )
-    gaze = _gaze(recording)
+    gaze = sensor_frames(recording)
     achieved = se2.relative(gaze[:, starts], gaze[:, starts + horizon]).T
     nominal = se2.chain(motors) if recording.planar else np.full_like(achieved, np.nan)
     return Trajectories(
@@ -71,12 +76,6 @@ def _sequences(
     size = recording.increments.shape[1]
     padded = np.concatenate([recording.increments, np.zeros((longest + 1, size))])
     return np.where(executed[..., None], padded[np.minimum(rows, len(padded) - 1)], 0.0), lengths
-
-
-def _gaze(recording: Recording) -> Float[np.ndarray, "3 N"]:
-    """Frames of the part that carries the sensors."""
-    x, y, heading, head = recording.poses.T
-    return np.stack([x, y, heading + head])
 
 
 def split_blocks(

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from motorspace._errors import UserError
 from motorspace._files import write_atomically
 from motorspace.recordings.readers.about import KEY, PREFIX, About
-from motorspace.recordings.recording import Recording, chained_per_interval
+from motorspace.recordings.recording import Recording, chained_per_interval, sensor_frames
 
 PLANAR = ("motor_longitudinal", "motor_lateral", "motor_rotation")
 
@@ -63,8 +63,7 @@ def _columns(recording: Recording) -> dict[str, Float[np.ndarray, " N"]]:
     columns |= {f"sensor_{i}": values for i, values in enumerate(recording.sensors.T)}
     known = np.isfinite(recording.poses).all(axis=1)
     if known.any():
-        x, y, heading, head = recording.poses.T
-        columns |= {"x": x, "y": y, "theta": heading + head}
+        columns |= dict(zip(("x", "y", "theta"), sensor_frames(recording), strict=True))
     return columns
 
 

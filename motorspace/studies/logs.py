@@ -5,7 +5,7 @@ by their names. Their corrected poses score, and nothing else; reference rows th
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -105,28 +105,17 @@ def _config(name: str, horizon: int, budget: Budget, seed: int) -> RunConfig:
 
 def measured(run: "Run", num: int) -> Numbers:
     """The log put together by codes, and how well they predict."""
-    import time
+    from motorspace.mapping.trials import measure_mapping
 
-    from motorspace.mapping.motion import chained
-    from motorspace.mapping.rig import learn_rig
-    from motorspace.mapping.scores import measure_survey
-    from motorspace.mapping.survey import survey
-    from motorspace.mapping.trials import truth_of
-
-    log = log_with_beams(run)
-    began = time.process_time()
-    scans = learn_rig(run, log).scans(log)
-    found = survey(scans)
-    seconds = time.process_time() - began
-    paths = {"chained": chained(scans.steps), "corrected": found.local, "with loops": found.poses}
-    scores = measure_survey(scans, found, paths, truth_of(log))
+    scores = measure_mapping(run, log_with_beams(run))
     made, body = scores["with loops"], scores["corrected"]
     kept: dict[str, float] = {}
     for way, path in (("chained",) * 2, ("corrected",) * 2, ("loops", "with loops")):
         kept |= _errors(way, scores[path])
     kept |= {f"logs.{name}": made[f"loops.{name}"] for name in LOOPS if f"loops.{name}" in made}
     kept |= {f"logs.within_{share}": body[f"covariance.{share}"] for share in (68, 95)}
-    kept |= {"logs.loops": made["loops.num"], "logs.iou": made["map.iou"], "logs.seconds": seconds}
+    kept |= {"logs.loops": made["loops.num"], "logs.iou": made["map.iou"]}
+    kept["logs.seconds"] = made["seconds"]
     return kept | _learned(run, num)
 
 
@@ -150,10 +139,10 @@ def measured_references(run: "Run", num: int) -> Numbers:
     del num
     from motorspace.mapping.references import reference_paths
     from motorspace.mapping.scores import measure_path
-    from motorspace.mapping.trials import truth_of
+    from motorspace.recordings.recording import sensor_frames
 
     log = log_with_beams(run)
-    truth = truth_of(log)
+    truth = sensor_frames(log)
     found: dict[str, float] = {}
     for way, path in reference_paths(log, truth).items():
         found |= _errors(way, measure_path(path, truth))
@@ -259,11 +248,6 @@ def _ways(rows: Sequence[Row]) -> list[Line]:
     ]
 
 
-def _codes(*keys: str) -> Callable[[Sequence[Row]], Sequence[Line]]:
-    lines = columns("recording", *keys)
-    return lambda rows: lines(chosen(rows, variant="codes"))
-
-
 CODES = {"variant": "codes"}
 FREIBURG = CODES | {"recording": "freiburg-079-corrected"}
 INTEL = CODES | {"recording": "intel-corrected"}
@@ -283,10 +267,18 @@ STUDY = Study(
     tables={
         "logs_paths": Table(_ways),
         "logs_maps": Table(
-            _codes(*(f"logs.{name}" for name in ("loops", "precision", "recall", "iou", "seconds")))
+            columns(
+                "recording",
+                *(f"logs.{name}" for name in ("loops", *LOOPS, "iou", "seconds")),
+                cells=CODES,
+            )
         ),
         "logs_ratios": Table(
-            _codes(*(f"logs.{name}" for name in ("to_still", "to_matcher", *WITHIN)))
+            columns(
+                "recording",
+                *(f"logs.{name}" for name in ("to_still", "to_matcher", *WITHIN)),
+                cells=CODES,
+            )
         ),
         "logs_learned": Table(columns("recording", "variant", "logs.error", "logs.lowest_r2")),
     },

@@ -203,11 +203,6 @@ def figure(found: Sequence[Row]) -> "Figure":
     )
 
 
-def _of(trial: str, *keys: str) -> Callable[[Sequence[Row]], Sequence[Line]]:
-    lines = columns("agent", *keys, heads=SHORT)
-    return lambda rows: lines(chosen(rows, trial=trial))
-
-
 ATES = tuple(f"odometry.ate.{path}" for path in PATHS)
 SHORT = {f"odometry.ate.{path}": f"ATE, {head}" for path, head in HEADS.items()}
 SHORT |= {f"odometry.drift.{path}": f"drift, {head}" for path, head in HEADS.items()}
@@ -268,12 +263,18 @@ STUDY = Study(
     jobs=jobs,
     measures={"walks": measured, "biased": measured_biased, "open": measured_open},
     tables={
-        "odometry": Table(_of("walks", *ATES, "odometry.drift.corrected")),
-        "odometry_biased": Table(_of("biased", *ATES, "odometry.bias")),
+        "odometry": Table(
+            columns(
+                "agent", *ATES, "odometry.drift.corrected", heads=SHORT, cells={"trial": "walks"}
+            )
+        ),
+        "odometry_biased": Table(
+            columns("agent", *ATES, "odometry.bias", heads=SHORT, cells={"trial": "biased"})
+        ),
         "mapping_paths": Table(_places(("still", "raw", "corrected", "ate"))),
         "mapping_loops": Table(_places(("precision", "recall", "iou", "seconds"))),
         "mapping_covariance": Table(_places(("within_68", "within_95", "failed"))),
-        "odometry_open": Table(_of("open", *OPEN)),
+        "odometry_open": Table(columns("agent", *OPEN, cells={"trial": "open"})),
     },
     targets=tuple(
         Target(claim, key, at_most=most, at_least=least, cells={"trial": "walks"})

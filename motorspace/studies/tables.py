@@ -11,7 +11,14 @@ from motorspace.reports.tables import markdown_table
 from motorspace.running.jobs import described
 from motorspace.running.store import Result, read_lines
 from motorspace.studies import targets
-from motorspace.studies.rows import SYMBOLS, Row, Spread, known_measure, rows_of, setting
+from motorspace.studies.rows import (
+    SYMBOLS,
+    Row,
+    Spread,
+    known_measure,
+    rows_of,
+    setting,
+)
 from motorspace.studies.study import BUDGETS, Budget, Line, Study, studies, study_named
 
 EMPTY = "Not measured yet.\n"
@@ -23,6 +30,7 @@ def columns(
     heads: Mapping[str, str] = {},
     titles: Mapping[Any, str] = {},
     means: bool = False,
+    cells: Mapping[str, Any] = {},
 ) -> Callable[[Sequence[Row]], list[Line]]:
     """What makes a table of rows, with a column for each key.
 
@@ -32,6 +40,7 @@ def columns(
         heads: {key: head of its column}; by default the label of the measure.
         titles: {value of a setting: what the table writes}.
         means: Write means alone, without the interval.
+        cells: Settings of the rows that the table shows; by default all.
     """
 
     def value(row: Row, key: str) -> Any:
@@ -46,7 +55,9 @@ def columns(
         known = known_measure(key)
         return heads.get(key) or (known.label if known else SYMBOLS.get(key, key))
 
-    return lambda rows: [{head(key): value(row, key) for key in keys} for row in rows]
+    return lambda rows: [
+        {head(key): value(row, key) for key in keys} for row in rows if row.matches(cells)
+    ]
 
 
 class Results:
