@@ -2,6 +2,7 @@
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from motorspace._types import Key, Scalar
@@ -9,6 +10,12 @@ from motorspace.models.model import Model
 from motorspace.trajectories.transitions import Experience
 
 Codes = Float[Array, "N C"]
+
+BLURS = (1.5, 4.0)
+"""Standard deviations over which views are blurred, pixels."""
+
+REDUNDANCY = 0.04
+"""Weight of features that say the same, beside features that say nothing: 1 / 25, as VICReg."""
 
 DISCOUNT = 0.7
 """How much less variance counts that a single direction holds."""
@@ -22,6 +29,57 @@ def prediction_loss(model: Model, batch: Experience, codes: Codes) -> Scalar:
     predicted = jax.vmap(model.predict)(batch.sensors, codes)
     error = (predicted - batch.later_sensors) / jnp.array(model.scaling.sensors)[None]
     return jnp.mean(error**2)
+
+
+def blurred_loss(model: Model, batch: Experience, codes: Codes, view: tuple[int, ...]) -> Scalar:
+    """Mean squared errors of the prediction as seen without sharp eyes, summed over `BLURS`.
+
+    What is fine in a view is nearly impossible to predict; what is coarse shows gradients from
+    farther off. `view` is how the sensors are arranged: neighbours along every axis but that of
+    colours, the last of several, are mixed.
+    """
+    predicted = jax.vmap(model.predict)(batch.sensors, codes)
+    error = (predicted - batch.later_sensors) / jnp.array(model.scaling.sensors)[None]
+    arranged = error.reshape(-1, *view)
+    return sum((jnp.mean(_blurred(arranged, width) ** 2) for width in BLURS), jnp.zeros(()))
+
+
+def _blurred(views: Float[Array, "N *view"], width: float) -> Float[Array, "N *view"]:
+    """Views mixed by a Gaussian of `width` neighbours along each axis but the first and last."""
+    spatial = range(1, max(2, views.ndim - 1))
+    for axis in spatial:
+        places = np.arange(views.shape[axis])
+        near = np.exp(-(((places[:, None] - places) / width) ** 2) / 2)
+        kernel = jnp.asarray(near / near.sum(axis=1, keepdims=True), jnp.float32)
+        views = jnp.moveaxis(jnp.tensordot(views, kernel, (axis, 1)), -1, axis)
+    return views
+
+
+def latent_loss(model: Model, batch: Experience, codes: Codes) -> Scalar:
+    """Mean squared error of the predicted features, and a guard against features that collapse.
+
+    mean || f(s_{t+T}) - P(f(s_t), h^m) ||^2 / F + V + 0.04 C, as VICReg (Bardes, Ponce and LeCun,
+    2022): V is how far each feature's standard deviation is below 1, C the squared covariance of
+    features with each other.
+    """
+    if model.latent is None:
+        return jnp.zeros(())
+    scale = jnp.array(model.scaling.sensors)[None]
+    now = jax.vmap(model.latent.features)(batch.sensors / scale)
+    later = jax.vmap(model.latent.features)(batch.later_sensors / scale)
+    predicted = jax.vmap(model.latent)(now, codes)
+    guard = sum((_collapse(features) for features in (now, later)), jnp.zeros(())) / 2
+    return jnp.mean((predicted - later) ** 2) + guard
+
+
+def _collapse(features: Float[Array, "N F"]) -> Scalar:
+    """How far features are from having a standard deviation of 1, and from being independent."""
+    centred = features - jnp.mean(features, axis=0, keepdims=True)
+    covariance = centred.T @ centred / (len(features) - 1)
+    variance = jnp.diagonal(covariance)
+    missing = jnp.mean(jax.nn.relu(1 - jnp.sqrt(variance + 1e-4)))
+    shared = (jnp.sum(covariance**2) - jnp.sum(variance**2)) / len(variance)
+    return missing + REDUNDANCY * shared
 
 
 def inverse_loss(model: Model, batch: Experience, codes: Codes) -> Scalar:

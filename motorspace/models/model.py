@@ -12,7 +12,12 @@ from motorspace._types import Code, Count, Key, Motors, Sensors
 from motorspace.models.config import ENCODERS, ModelConfig
 from motorspace.models.encoders.base import AbstractMotorEncoder, EncoderSize
 from motorspace.models.initial_weights import reinitialised
-from motorspace.models.predictors import CompositionModel, InverseModel, SensorPredictor
+from motorspace.models.predictors import (
+    CompositionModel,
+    InverseModel,
+    LatentModel,
+    SensorPredictor,
+)
 
 
 class Scaling(eqx.Module):
@@ -33,6 +38,7 @@ class Model(eqx.Module):
     inverse: InverseModel | None
     scaling: Scaling
     composition: CompositionModel | None = None
+    latent: LatentModel | None = None
 
     def encode(self, motors: Motors, num_steps: Count) -> Code:
         """The code h^m of a motor sequence."""
@@ -78,6 +84,7 @@ class Extras(NamedTuple):
 
     inverse: bool = False
     composition: bool = False
+    latent: bool = False
 
 
 NO_EXTRAS = Extras()
@@ -104,7 +111,8 @@ def build_model(
     if extras.composition:
         composition_key = jax.random.fold_in(key, 3)
         composition = CompositionModel(code_size, config.width_size, key=composition_key)
-    model = Model(encoder, predictor, inverse, UNSCALED, composition)
+    latent = LatentModel(*sizes, key=jax.random.fold_in(key, 4)) if extras.latent else None
+    model = Model(encoder, predictor, inverse, UNSCALED, composition, latent)
     if config.initial_weights != "uniform":
         normal_inputs = config.initial_weights == "normal_inputs"
         model = reinitialised(model, normal_inputs=normal_inputs, key=key)

@@ -1,10 +1,14 @@
-"""Networks from codes and sensors: the predictor, the inverse model, the composition of codes."""
+"""Networks from codes and sensors: predictors, the inverse model, the composition of codes."""
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from motorspace._types import Code, Key, Sensors
+
+LATENT_SIZE = 32
+"""Features that stand for the sensors where the prediction is not of sensors."""
 
 
 class SensorPredictor(eqx.Module):
@@ -58,3 +62,22 @@ class CompositionModel(eqx.Module):
 
     def __call__(self, first: Code, second: Code) -> Code:
         return self.mlp(jnp.concatenate([first, second]))
+
+
+class LatentModel(eqx.Module):
+    """Prediction of learned features of the sensors instead of sensors: not in the paper."""
+
+    features: eqx.nn.MLP
+    predictor: eqx.nn.MLP
+
+    def __init__(
+        self, sensor_size: int, code_size: int, width_size: int, depth: int, *, key: Key
+    ) -> None:
+        features_key, predictor_key = jax.random.split(key)
+        sizes = LATENT_SIZE, width_size, depth, jax.nn.relu
+        self.features = eqx.nn.MLP(sensor_size, *sizes, key=features_key)
+        self.predictor = eqx.nn.MLP(code_size + LATENT_SIZE, *sizes, key=predictor_key)
+
+    def __call__(self, features: Float[Array, " F"], code: Code) -> Float[Array, " F"]:
+        """The features expected after the sequence behind `code`."""
+        return self.predictor(jnp.concatenate([code, features]))

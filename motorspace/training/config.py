@@ -18,6 +18,9 @@ from motorspace.worlds.checks import flag, one_of, positive, whole, within
 
 Schedule = Literal["cosine", "constant"]
 Precision = Literal["float32", "tf32", "bf16"]
+LATER: Mapping[str, Any] = {"precision": "float32", "blur_weight": 0.0, "latent_weight": 0.0}
+"""Settings that came later, and what they stand at in runs from before: those keep their hash."""
+
 MOST_DECAY = 1 - 1e-6
 """Of the moving average: with one of 1 the initial weights would stay."""
 
@@ -53,6 +56,12 @@ class TrainingConfig:
     isometry_weight: float = 0.0
     """Weight of the penalty on commands that are not isometries, of the encoder matrix_product; it
     grows from 0 once the curriculum is over (not in the paper; 0 = off)."""
+    blur_weight: float = 0.0
+    """Weight of the errors of blurred views beside those of the views, for eyes (not in the paper;
+    0 = off)."""
+    latent_weight: float = 0.0
+    """Weight of the prediction of learned features instead of sensors, which codes then learn from
+    alone (not in the paper; 0 = off)."""
     train_encoder: bool = True
     """Train the encoder; otherwise it keeps its initial weights, as a baseline."""
     ema_decay: float = 0.0
@@ -118,7 +127,8 @@ class RunConfig:
         model: The network; by default that of the preset.
         training: How it is fitted; by default as the preset does it.
         preset: `"paper"`; `"best"`: the network whose codes are structured best; `"log"`: one that
-            learns from some hundred scans of a robot's log.
+            learns from some hundred scans of a robot's log; `"vision"` and `"vision_paper"`: the
+            first two for eyes.
 
     Example:
         >>> config = RunConfig(Simulated("holonomic"), preset="best")
@@ -161,8 +171,9 @@ class RunConfig:
         described = self.as_json()
         for data in (described["data"], described["data"].get("base", {})):
             data.pop("path", None)
-        if self.training.precision == "float32":
-            del described["training"]["precision"]  # as before there was a choice
+        for name, before in LATER.items():
+            if described["training"][name] == before:
+                del described["training"][name]
         text = json.dumps(described, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:12]
 

@@ -11,6 +11,7 @@ from motorspace._kinds import Part, Registry
 from motorspace.worlds.catalog import AGENTS, SENSORS, home_of
 from motorspace.worlds.checks import flag, one_of, positive, whole
 from motorspace.worlds.layouts import layout_content
+from motorspace.worlds.paint import parse_paint
 
 if TYPE_CHECKING:
     from motorspace.recordings.recording import Recording
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from motorspace.worlds.sensors.base import AbstractSensor
 
 Collision = Literal["resample", "block"]
+UNPAINTED = ("paint", None)
+"""Not named: runs from before there was paint are the same runs."""
 DerivedKind = Literal["oracle", "shuffled", "supervised", "scaled_rotations"]
 
 
@@ -36,9 +39,10 @@ class Simulated:
         min_horizon: Shortest trajectory, where lengths are drawn from `min_horizon` to `horizon`.
         collision: A command that a wall forbids: `"resample"` draws another, `"block"` discards
             its translation.
+        paint: The colours of the walls, such as `"texture:4"`; by default the layout's own.
 
     Raises:
-        UserError: For a kind, option or layout that does not exist, and sizes below one.
+        UserError: For a kind, option, paint or layout that does not exist, and sizes below one.
     """
 
     agent: Part
@@ -47,6 +51,7 @@ class Simulated:
     horizon: int
     min_horizon: int | None
     collision: Collision
+    paint: str | None
 
     def __init__(
         self,
@@ -56,6 +61,7 @@ class Simulated:
         horizon: int | None = None,
         min_horizon: int | None = None,
         collision: Collision = "resample",
+        paint: str | None = None,
     ) -> None:
         described = _part(AGENTS, agent)
         home = home_of(described.kind)
@@ -70,6 +76,7 @@ class Simulated:
             horizon=horizon,
             min_horizon=min_horizon,
             collision=collision,
+            paint=None if paint is None else parse_paint(paint, where="paint").name,
         )
         _check_horizon(horizon, min_horizon)
         one_of("collision", collision, get_args(Collision))
@@ -81,7 +88,8 @@ class Simulated:
     def as_json(self) -> dict[str, Any]:
         """The same as JSON-able data."""
         parts = {"agent": self.agent.as_json(), "sensor": self.sensor.as_json()}
-        return {"kind": "simulated"} | vars(self) | parts
+        own = {name: value for name, value in vars(self).items() if (name, value) != UNPAINTED}
+        return {"kind": "simulated"} | own | parts
 
 
 @dataclass(frozen=True, init=False)
@@ -228,13 +236,20 @@ class Given:
 
     Args:
         description: What they are, for whoever reads the configuration.
+        shape: How the sensors are arranged, for instance (height, width, 3); [K] where nothing is
+            said.
     """
 
     description: str = "data passed to train"
+    shape: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        _set(self, shape=tuple(self.shape))
 
     def as_json(self) -> dict[str, Any]:
         """The same as JSON-able data."""
-        return {"kind": "given", "description": self.description}
+        shape = {"shape": list(self.shape)} if self.shape else {}
+        return {"kind": "given", "description": self.description} | shape
 
 
 Data = Simulated | Logged | Derived | Given
@@ -243,6 +258,16 @@ Data = Simulated | Logged | Derived | Given
 def base_of(data: Data) -> Simulated | Logged | Given:
     """The data themselves, or those that they are derived from."""
     return data.base if isinstance(data, Derived) else data
+
+
+def arrangement(data: Data) -> tuple[int, ...]:
+    """How the sensors are arranged: (pixels, 3) of a retina; empty where nothing is said."""
+    match base := base_of(data):
+        case Simulated():
+            return base.scenario().space.shape
+        case Given():
+            return base.shape
+    return ()
 
 
 def simulated(data: Data) -> Simulated:
@@ -261,7 +286,7 @@ def simulated(data: Data) -> Simulated:
 def _scenario(data: Simulated) -> "Scenario":
     from motorspace.worlds.scenario import Scenario
 
-    return Scenario.of(data.agent, data.sensor, data.layout)
+    return Scenario.of(data.agent, data.sensor, data.layout, data.paint)
 
 
 @lru_cache(maxsize=1)

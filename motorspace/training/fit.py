@@ -13,6 +13,7 @@ from motorspace._types import Record
 from motorspace.models.model import UNSCALED, Parts, Scaling, build_model, with_parts, with_scaling
 from motorspace.training.calls import alike, calls
 from motorspace.training.config import RunConfig
+from motorspace.training.data import arrangement
 from motorspace.training.objective import extras_for
 from motorspace.training.program import MOST_EPOCHS, Task, TrainState
 from motorspace.training.recipe import Recipe
@@ -68,7 +69,8 @@ def task_of(
     """What a run's program is given beside its state; every number in it is an argument."""
     divisors = Scaling(jnp.array(scaling.sensors), jnp.array(scaling.motors))
     key = jax.random.split(jax.random.key(config.training.seed))[1]
-    recipe = Recipe.of(config.training)
+    view = arrangement(config.data) or (len(scaling.sensors),)
+    recipe = Recipe.of(config.training, view)
     return Task(_with_arguments(source), recipe, divisors, key, validation, frozen)
 
 

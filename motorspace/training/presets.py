@@ -1,11 +1,11 @@
-"""What the paper's systems, the one whose codes are structured best, and robots' logs set."""
+"""What the paper's systems, the one whose codes are structured best, robots' logs and eyes set."""
 
 from collections.abc import Mapping
 from typing import Any, Literal, get_args
 
 from motorspace._errors import UserError
 
-PresetName = Literal["paper", "best", "log"]
+PresetName = Literal["paper", "best", "log", "vision", "vision_paper"]
 Settings = Mapping[str, Any]
 """{field of the configuration: value}; names are unique over its parts."""
 
@@ -41,7 +41,19 @@ LOG: Settings = {
 }
 """Few enough weights of the encoder for some hundred scans of a robot's log."""
 
-PRESETS: Mapping[str, Settings] = {"paper": {}, "best": BEST, "log": LOG}
+EYES: Settings = {"curriculum": 0.5, "blur_weight": 1.0, "restarts": 1}
+"""Short sequences teach the commands, which is nearly all that colours teach."""
+
+VISION: Settings = {**BEST, **EYES, "code_noise": 1.0}
+"""`best` for eyes."""
+
+PRESETS: Mapping[str, Settings] = {
+    "paper": {},
+    "best": BEST,
+    "log": LOG,
+    "vision": VISION,
+    "vision_paper": EYES,
+}
 
 
 def preset_settings(preset: str, agent: str | None) -> Settings:

@@ -24,6 +24,8 @@ class Recipe(eqx.Module):
     """Whether the learning rate follows a cosine; it is constant otherwise."""
     train_encoder: bool = eqx.field(static=True)
     precision: Precision = eqx.field(static=True)
+    view: tuple[int, ...] = eqx.field(static=True)
+    """How the sensors are arranged, where they are blurred."""
     learning_rate: Scalar
     """The peak."""
     curriculum_epochs: Count
@@ -34,8 +36,11 @@ class Recipe(eqx.Module):
     ema_decay: Scalar | None
 
     @classmethod
-    def of(cls, config: TrainingConfig) -> "Recipe":
-        """The recipe of a configuration; what is 0 there is left out of the program."""
+    def of(cls, config: TrainingConfig, view: tuple[int, ...] = ()) -> "Recipe":
+        """The recipe of a configuration; what is 0 there is left out of the program.
+
+        `view` is how the sensors are arranged, which matters where these are blurred.
+        """
         weights = {n: jnp.float32(weight) for n, weight in config.weights.items() if weight > 0}
         return cls(
             num_updates=config.num_updates,
@@ -44,6 +49,7 @@ class Recipe(eqx.Module):
             cosine=config.schedule == "cosine",
             train_encoder=config.train_encoder,
             precision=config.precision,
+            view=view if "blur" in weights else (),
             learning_rate=jnp.float32(config.learning_rate),
             curriculum_epochs=jnp.int32(config.curriculum_epochs),
             weights=weights,

@@ -39,6 +39,13 @@ SIMULATED = (
         "A command that a wall forbids: resample draws another, block discards its translation.",
         ("resample", "block"),
     ),
+    Parameter(
+        "paint",
+        None,
+        "Colours of the walls, for a retina: flat, flat:SEED, texture:WAVELENGTH:SHARE:SEED; by "
+        "default the layout's own.",
+        type=str,
+    ),
 )
 LOGGED = (
     Parameter("horizon", 6, "Scans from the beginning of a transition to its end."),

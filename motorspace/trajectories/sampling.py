@@ -22,6 +22,9 @@ from motorspace.worlds.simulation import nominal_displacement, to_rows
 CHUNK_SIZE = 8192
 """Trajectories simulated at once: what is needed beside the result stays bounded."""
 
+PERTURBATION = 1
+"""What the key of a trajectory is folded with for what a sensor reads by chance."""
+
 COPIES = 2
 """How many times the result's size is in use at most while it is put together."""
 
@@ -165,10 +168,17 @@ def _each(
     )
     nominal = nominal_displacement(scenario.agent, done.start, done.motors, done.steps_done)
     achieved = relative(done.start.frame, done.pose.frame)
+    sensors, later = jax.vmap(
+        lambda before, after, key: scenario.sensor.perturbed(before, after, key=key)
+    )(
+        to_rows(scenario.sense(done.start)),
+        to_rows(scenario.sense(done.pose)),
+        jax.vmap(lambda key: jax.random.fold_in(key, PERTURBATION))(keys),
+    )
     experience = Experience(
-        sensors=to_rows(scenario.sense(done.start)),
+        sensors=sensors,
         motors=to_rows(done.motors),
         num_steps=done.steps_done,
-        later_sensors=to_rows(scenario.sense(done.pose)),
+        later_sensors=later,
     )
     return Trajectories(experience, Displacements(to_rows(nominal), to_rows(achieved)))

@@ -60,6 +60,27 @@ SENSORS: Registry[Any] = Registry(
                 Parameter("sense_head", False, "Whether the head's angle is one more sensor."),
             ),
         ),
+        "retina": Builtin(
+            "motorspace.worlds.sensors.retina",
+            "Retina",
+            (
+                Parameter("num_rays", 32, "Pixels of the retina.", positive=True),
+                Parameter(
+                    "field_of_view",
+                    math.pi,
+                    "Field of view of the retina.",
+                    in_pi=True,
+                    positive=True,
+                ),
+                Parameter("samples", 4, "Rays whose colours a pixel averages.", positive=True),
+                Parameter(
+                    "light",
+                    "constant",
+                    "The light: constant, or a random factor for each trajectory or each view.",
+                    ("constant", "trajectory", "view"),
+                ),
+            ),
+        ),
         "node_index": Builtin("motorspace.worlds.sensors.node_index", "NodeIndex"),
     },
 )

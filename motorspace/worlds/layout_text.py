@@ -6,13 +6,16 @@ from difflib import get_close_matches
 from typing import Any
 
 from motorspace._errors import UserError
+from motorspace.worlds.paint import PLAIN, Paint, parse_paint
 from motorspace.worlds.validation import Bounds, Polyline, check_layout
 
 
 def read_statements(
     text: str, *, where: str
-) -> tuple[str, Bounds, tuple[Polyline, ...], tuple[Polyline, ...]]:
-    """The title, bounds, walls and solids in the text of a layout; `where` names it in messages.
+) -> tuple[str, Bounds, tuple[Polyline, ...], tuple[Polyline, ...], Paint]:
+    """The title, bounds, walls, solids and paint in the text of a layout.
+
+    `where` names it in messages.
 
     Raises:
         UserError: Names the line at fault, the fault and the remedy.
@@ -35,14 +38,16 @@ def read_statements(
         raise UserError(
             "the layout has no bounds", where=where, remedy="add a line like: bounds 0 0 40 40"
         )
-    title, bounds, walls, solids = ([value for _, value in found[word]] for word in STATEMENTS)
+    title, bounds, walls, solids, paint = (
+        [value for _, value in found[word]] for word in STATEMENTS
+    )
     check_layout(
         bounds[0],
         walls,
         solids,
         lambda word, i: f"{where}, line {found[word][i][0]}" if word else where,
     )
-    return "".join(title), bounds[0], tuple(walls), tuple(solids)
+    return "".join(title), bounds[0], tuple(walls), tuple(solids), (*paint, PLAIN)[0]
 
 
 def _lines(text: str) -> list[str]:
@@ -114,10 +119,15 @@ def _at_least(num: int, points: Polyline, values: list[float], place: str) -> Po
     return points
 
 
+def _paint(text: str, place: str) -> Paint:
+    return parse_paint(text, where=place)
+
+
 STATEMENTS: dict[str, Callable[[str, str], Any]] = {
     "title": _title,
     "bounds": _bounds,
     "wall": _points,
     "solid": _corners,
+    "paint": _paint,
 }
-ONCE = ("title", "bounds")
+ONCE = ("title", "bounds", "paint")

@@ -7,11 +7,12 @@ title   Two rooms and a pillar
 bounds  0 0 40 40                    # x low, y low, x high, y high: the outer walls
 wall    20 0  20 17                  # a polyline: x y pairs, two or more
 solid   8 8  10 8  10 10  8 10       # a closed polygon in whose inside nothing stands
+paint   texture:4                    # colours of all walls (see `paint`); flat where none is said
 ```
 """
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from itertools import pairwise
 from pathlib import Path
@@ -21,6 +22,7 @@ import numpy as np
 
 from motorspace._errors import UserError
 from motorspace.worlds.layout_text import read_statements
+from motorspace.worlds.paint import PLAIN, Paint, parse_paint
 from motorspace.worlds.validation import Bounds, Point, Polyline, check_layout, numbers
 
 if TYPE_CHECKING:
@@ -51,6 +53,7 @@ class Layout:
         bounds: x low, y low, x high, y high; the outer walls run along them.
         walls: Points of each polyline, two or more.
         solids: Corners of each closed polygon in whose inside nothing stands.
+        paint: The colours of its walls, which only eyes see.
 
     Raises:
         UserError: For a title that contains the sign of a comment.
@@ -63,6 +66,7 @@ class Layout:
     bounds: Bounds
     walls: tuple[Polyline, ...] = ()
     solids: tuple[Polyline, ...] = ()
+    paint: Paint = PLAIN
 
     def __post_init__(self) -> None:
         if "#" in self.title:
@@ -109,8 +113,9 @@ class Layout:
         x_low, y_low, x_high, y_high = np.subtract(self.bounds, 2 * self.origin).tolist()
         bounds = (x_low, y_low, x_high, y_high)
         tiles = tiled(walls, bounds) if len(walls) >= INDEXED_FROM else None
+        coat = self.paint.coat(walls)
         return WalledWorld(
-            jnp.asarray(walls, jnp.float32), jnp.asarray(solids, jnp.float32), bounds, tiles
+            jnp.asarray(walls, jnp.float32), jnp.asarray(solids, jnp.float32), bounds, tiles, coat
         )
 
     def text(self) -> str:
@@ -118,6 +123,8 @@ class Layout:
         lines = [f"title   {self.title}", f"bounds  {numbers(self.bounds)}"]
         for word, shapes in (("wall ", self.walls), ("solid", self.solids)):
             lines += [f"{word}   {'  '.join(numbers(p) for p in shape)}" for shape in shapes]
+        if self.paint != PLAIN:
+            lines.append(f"paint   {self.paint.name}")
         return "\n".join(lines) + "\n"
 
     def _place(self, word: str, index: int) -> str:
@@ -133,16 +140,22 @@ class NamedWorld:
     """A bundled layout or the path of a file; the seed of random rooms; the side of a lattice."""
 
 
-def layout(name: str | Path) -> "WalledWorld":
+def layout(name: str | Path, *, paint: str | None = None) -> "WalledWorld":
     """Return the world of a bundled layout, of a layout file, of a map, or of random rooms.
 
     Args:
         name: One of `layout_names()`, the path of a layout or a map, or `"rooms:SEED"`.
+        paint: The colours of its walls, such as `"texture:4"`; by default the layout's own.
 
     Raises:
-        UserError: For an unknown name or a broken file.
+        UserError: For an unknown name or paint, or a broken file.
     """
-    return load_layout(name).world()
+    return painted(load_layout(name), paint).world()
+
+
+def painted(layout: Layout, paint: str | None) -> Layout:
+    """The layout in other colours, or as it is. Raises `UserError` for an unknown paint."""
+    return layout if paint is None else replace(layout, paint=parse_paint(paint, where="paint"))
 
 
 def layout_names() -> tuple[str, ...]:

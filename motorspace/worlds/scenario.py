@@ -13,7 +13,7 @@ from motorspace._kinds import Part
 from motorspace._types import Flags, Key, Motor, Pose, Sensors
 from motorspace.worlds.agents import AbstractAgent, ForwardAgent
 from motorspace.worlds.catalog import AGENTS, SENSORS
-from motorspace.worlds.layouts import Layout, load_layout, parse_layout
+from motorspace.worlds.layouts import Layout, load_layout, painted, parse_layout
 from motorspace.worlds.sensors.base import AbstractSensor
 from motorspace.worlds.sensors.range_fan import RangeFan
 from motorspace.worlds.simulation import step
@@ -58,18 +58,20 @@ class Scenario(eqx.Module):
         self.sensor.space(self.world)
 
     @classmethod
-    def of(cls, agent: Part, sensor: Part, layout: str) -> "Scenario":
+    def of(cls, agent: Part, sensor: Part, layout: str, paint: str | None = None) -> "Scenario":
         """The scenario that a configuration describes; its world is built once per process.
 
         Args:
             agent: The agent's kind and options.
             sensor: The sensor's kind and options.
             layout: The name of a world, or the text of a layout.
+            paint: Its colours, if they are not the layout's own.
 
         Raises:
             UserError: As `Scenario` itself, and for an unknown kind or unfit options.
         """
-        return cls(layout, AGENTS.build(agent), SENSORS.build(sensor))
+        world = layout if paint is None else _painted(layout, paint)
+        return cls(world, AGENTS.build(agent), SENSORS.build(sensor))
 
     @property
     def commands(self) -> CommandSpace:
@@ -120,6 +122,12 @@ def world_of(world: WorldLike) -> AbstractWorld:
     except OSError:
         content = b""
     return _named(name, content)
+
+
+def _painted(name: str, paint: str) -> Layout:
+    """The layout of a name, or of its text, in other colours."""
+    layout = parse_layout(name, where="layout") if "\n" in name else load_layout(name)
+    return painted(layout, paint)
 
 
 def _lattice(side: str) -> LatticeWorld:

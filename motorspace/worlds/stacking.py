@@ -4,8 +4,10 @@ from collections.abc import Sequence
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from motorspace._errors import UserError
+from motorspace.worlds.coat import Coat
 from motorspace.worlds.simulation import to_agents_last
 from motorspace.worlds.world import AbstractWorld, WalledWorld
 
@@ -47,7 +49,11 @@ def stack_worlds(worlds: Sequence[AbstractWorld]) -> WalledWorld:
         )
     num_walls = max(len(world.walls) for world in walled)
     num_edges = max(len(world.solids) for world in walled)
-    padded = [_padded(world, num_walls, num_edges) for world in walled]
+    coats = _padded_coats(walled, num_walls)
+    padded = [
+        _padded(world, num_walls, num_edges, coat)
+        for world, coat in zip(walled, coats, strict=True)
+    ]
     return jax.tree.map(lambda *leaves: jnp.asarray(leaves, jnp.float32), *padded)
 
 
@@ -74,9 +80,32 @@ def deal_worlds(worlds: Sequence[AbstractWorld], num_agents: int) -> WalledWorld
     return to_agents_last(jax.tree.map(lambda leaf: leaf[rows], stacked))
 
 
-def _padded(world: WalledWorld, num_walls: int, num_edges: int) -> WalledWorld:
-    copies = jnp.repeat(world.walls[:1], num_walls - len(world.walls), axis=0)
+def _padded(world: WalledWorld, num_walls: int, num_edges: int, coat: Coat | None) -> WalledWorld:
+    walls = _lengthened(world.walls, num_walls)
     edges = jnp.zeros((num_edges - len(world.solids), 2, 2), jnp.float32)
-    return WalledWorld(
-        jnp.concatenate([world.walls, copies]), jnp.concatenate([world.solids, edges]), world.bounds
-    )
+    solids = jnp.concatenate([world.solids, edges])
+    return WalledWorld(walls, solids, world.bounds, coat=coat)
+
+
+def _padded_coats(worlds: Sequence[WalledWorld], num_walls: int) -> list[Coat | None]:
+    """The worlds' colours in arrays of the same sizes; none if there are walls without any."""
+    coats = [world.coat for world in worlds if world.coat is not None]
+    if len(coats) < len(worlds):
+        return [None] * len(worlds)
+    num_texels = max(len(coat.texels) for coat in coats)
+    textured = any(coat.textured for coat in coats)
+    return [
+        Coat(
+            texels=_lengthened(coat.texels, num_texels),
+            first=_lengthened(coat.first, num_walls),
+            last=_lengthened(coat.last, num_walls),
+            along=_lengthened(coat.along, num_walls),
+            textured=textured,
+        )
+        for coat in coats
+    ]
+
+
+def _lengthened(rows: Float[Array, "N ..."], num: int) -> Float[Array, "M ..."]:
+    """The rows, and copies of the first one, so that there are `num` of them."""
+    return jnp.concatenate([rows, jnp.repeat(rows[:1], num - len(rows), axis=0)])

@@ -40,6 +40,8 @@ class Tiles(eqx.Module):
 
     walls: Float[Array, "G B W"]
     """End points of every tile's walls, block by block, W = 4 `BLOCK` numbers each."""
+    numbers: Float[Array, "G B N"]
+    """The number of every wall among all, N = `BLOCK`; floats, -1 for what fills up a block."""
     gaps: Float[Array, "G B"]
     """No wall of a block is nearer to any point of the tile than this."""
     corner: tuple[float, float] = eqx.field(static=True)
@@ -53,10 +55,13 @@ class Tiles(eqx.Module):
         start: Carry,
         place: tuple[Batch, Batch],
         horizon: Callable[[Carry], Batch],
+        *,
+        numbered: bool = False,
     ) -> Carry:
         """`visit` folded over the walls around each place, block by block, all agents at once.
 
-        `visit` gets a wall per agent, [2, 2, *batch]. `horizon` says how far a wall can be and
+        `visit` gets a wall per agent, [2, 2, *batch]; if they are `numbered`, the wall and its
+        number. `horizon` says how far a wall can be and
         still change what was found; it must stay below `reach`. Once nobody's next block is that
         near, the rest cannot matter.
         """
@@ -71,9 +76,11 @@ class Tiles(eqx.Module):
         def visit_block(carry: tuple[Int[Array, ""], Carry]) -> tuple[Int[Array, ""], Carry]:
             block, found = carry
             numbers = jnp.moveaxis(walls[tile, block], -1, 0)
-            ends = numbers.reshape(BLOCK, 2, 2, *tile.shape)
+            visited: Any = numbers.reshape(BLOCK, 2, 2, *tile.shape)
+            if numbered:
+                visited = visited, jnp.moveaxis(self.numbers[tile, block], -1, 0)
             found, _ = jax.lax.scan(
-                lambda found, wall: (visit(found, wall), None), found, ends, unroll=unroll()
+                lambda found, wall: (visit(found, wall), None), found, visited, unroll=unroll()
             )
             return block + 1, found
 
@@ -135,11 +142,14 @@ def tiled(walls: Float[np.ndarray, "S 2 2"], bounds: tuple[float, float, float, 
     ends = np.full((len(lists), num_blocks * BLOCK, 4), FAR_AWAY, np.float32)
     ends[..., 2] += 1.0
     nearest = np.full((len(lists), num_blocks * BLOCK), np.inf, np.float32)
+    numbers = np.full((len(lists), num_blocks * BLOCK), -1.0, np.float32)
     for tile, (ids, gap) in enumerate(lists):
         ends[tile, : len(ids)] = walls[ids].reshape(-1, 4)
         nearest[tile, : len(ids)] = gap
+        numbers[tile, : len(ids)] = ids
     return Tiles(
         jnp.asarray(ends.reshape(len(lists), num_blocks, BLOCK * 4)),
+        jnp.asarray(numbers.reshape(len(lists), num_blocks, BLOCK)),
         jnp.asarray(nearest[:, ::BLOCK]),
         corner=(x_low, y_low),
         side=side,

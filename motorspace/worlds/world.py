@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 
 from motorspace._types import Count, Flag, Flags, Key, Pose, Walls
 from motorspace.worlds.checks import whole
+from motorspace.worlds.coat import Coat
 from motorspace.worlds.tiles import Tiles, in_groups
 from motorspace.worlds.walls import (
     MARGIN,
@@ -86,12 +87,14 @@ class WalledWorld(AbstractWorld):
         bounds: (x low, y low, x high, y high). Plain numbers are constants to `eqx.filter_jit`;
             `stack_worlds` makes arrays of them.
         tiles: Many walls sorted by place, so that those around one are found.
+        coat: The walls' colours, for eyes.
     """
 
     walls: Walls = eqx.field(converter=_float32)
     solids: Walls = eqx.field(converter=_float32)
     bounds: tuple[float, float, float, float]
     tiles: Tiles | None = None
+    coat: Coat | None = None
 
     def walls_within(self, reach: float) -> Walls | Tiles:
         """Where to look for walls that are at most `reach` away from a place in the bounds."""

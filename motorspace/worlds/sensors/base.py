@@ -5,11 +5,11 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Array, Float
 
 from motorspace._errors import UserError
 from motorspace._kinds import Registry
-from motorspace._types import Pose, Sensors
+from motorspace._types import Key, Pose, Sensors
 from motorspace.worlds.catalog import SENSORS
 from motorspace.worlds.spaces import SensorSpace
 from motorspace.worlds.world import AbstractWorld
@@ -33,6 +33,22 @@ class AbstractSensor(eqx.Module, Generic[World]):
     @abc.abstractmethod
     def sense(self, world: World, pose: Pose) -> Sensors:
         """The readings [K, *batch] at a pose or a batch of poses, raw units."""
+
+    def perturbed(
+        self, sensors: Float[Array, " K"], later: Float[Array, " K"], *, key: Key
+    ) -> tuple[Float[Array, " K"], Float[Array, " K"]]:
+        """What is read at the beginning and the end of a trajectory, if it differs by chance.
+
+        Args:
+            sensors: What `sense` gives at the beginning.
+            later: What it gives at the end.
+            key: Of this trajectory; unused by default.
+
+        Returns:
+            Both, raw units.
+        """
+        del key
+        return sensors, later
 
     def rays(self, world: World, pose: Pose) -> Float[np.ndarray, "R 2 2"]:
         """Line segments that show in a picture what is sensed at one pose; none by default."""

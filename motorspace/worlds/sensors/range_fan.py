@@ -3,15 +3,13 @@
 import math
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
-from motorspace._types import Pose, Scalar, Sensors
-from motorspace.se2 import cos_sin
+from motorspace._types import Pose, Sensors
 from motorspace.worlds.checks import positive, whole
-from motorspace.worlds.rays import cast
+from motorspace.worlds.rays import cast, fan_directions, segments_of
 from motorspace.worlds.sensors.base import AbstractSensor, expect
 from motorspace.worlds.spaces import SensorSpace
 from motorspace.worlds.world import AbstractWorld, WalledWorld
@@ -67,24 +65,11 @@ class RangeFan(AbstractSensor[WalledWorld]):
         )
 
     def sense(self, world: WalledWorld, pose: Pose) -> Sensors:
-        fan = self.angles
-        cos, sin = cos_sin(pose.gaze)
-
-        def turned(ray: tuple[Scalar, Scalar]) -> tuple[Array, Array]:
-            """One ray of the fan, turned to the gaze, so that only the gaze needs a sine."""
-            ray_cos, ray_sin = ray
-            return ray_cos * cos - ray_sin * sin, ray_sin * cos + ray_cos * sin
-
-        # A loop, since in one expression the compiler takes the gaze's sine for every ray.
-        directions = jnp.asarray(np.cos(fan), jnp.float32), jnp.asarray(np.sin(fan), jnp.float32)
-        rays = jax.lax.map(turned, directions)
+        rays = fan_directions(self.angles, pose.gaze)
         walls = world.walls_within(self.max_range)
         ranges = cast(walls, (pose.x, pose.y), rays, self.max_range)
         return jnp.concatenate([ranges, pose.head[None]]) if self.sense_head else ranges
 
     def rays(self, world: WalledWorld, pose: Pose) -> Float[np.ndarray, "R 2 2"]:
-        x, y, gaze = map(float, pose.frame)
         ranges = np.asarray(self.sense(world, pose))[: self.num_rays]
-        angles = gaze + self.angles
-        ends = np.stack([x + ranges * np.cos(angles), y + ranges * np.sin(angles)], axis=-1)
-        return np.stack([np.broadcast_to([x, y], ends.shape), ends], axis=1)
+        return segments_of(pose, self.angles, ranges)
