@@ -1,0 +1,210 @@
+"""Does prediction build the space of displacements when no sensor tells how far anything is?
+
+Walls carry flat colours or textures, and a retina sees nothing else. Every seed has colours of its
+own.
+"""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from motorspace.analysis.measures import Measure, define
+from motorspace.running.jobs import Job, Value, cell
+from motorspace.studies.cells import oracle, system, untrained
+from motorspace.studies.rows import Numbers
+from motorspace.studies.structure import structure_or_collapse
+from motorspace.studies.study import Budget, Study
+from motorspace.studies.vision_rows import FIGURES, TABLES, TARGETS, rows
+from motorspace.training.config import RunConfig
+from motorspace.training.presets import PresetName
+from motorspace.training.settings import changed
+from motorspace.worlds.paint import parse_paint
+
+if TYPE_CHECKING:
+    from motorspace.training.run import Run
+
+define(
+    Measure("vision.error", "error / mean", goal="low", chance=1.0),
+    Measure("vision.persistence", "persistence / mean", goal="low"),
+    Measure("vision.error.{length}", "error / mean, T = {length}", goal="low", chance=1.0),
+    Measure("vision.to_oracle", "error / oracle's", goal="low", perfect=1.0),
+    Measure("vision.home", "came home", goal="high", perfect=1.0),
+    Measure("vision.home.chance", "came home, chance", goal="high", perfect=1.0),
+)
+
+ROTATION = 0.4
+FLAT = (
+    *(("forward", rotation, "flat") for rotation in (0.2, ROTATION, 0.8)),
+    *(("holonomic", rotation, "flat") for rotation in (ROTATION, 0.8)),
+)
+TEXTURED = (
+    ("forward", ROTATION, "texture:12"),
+    ("forward", ROTATION, "texture:4"),
+    ("forward", 0.8, "texture:4"),
+    ("holonomic", ROTATION, "texture:4"),
+    ("forward", ROTATION, "texture:1"),
+)
+MAIN = (*FLAT, *TEXTURED)
+"""Agent, largest rotation in units of pi, and paint: what stands beside baselines."""
+
+CURVE = (("texture:2", 32), ("texture:1", 64), ("texture:1", 128), ("texture:4", 128))
+"""Further points of the curve over wavelengths and pixels."""
+
+HALF = "texture:1:0.5"
+"""A texture that leaves half of the colour to the wall, which can be told from far off."""
+
+LOSSES = {
+    "pixels alone": {"blur_weight": 0.0},
+    "features": {"blur_weight": 0.0, "latent_weight": 1.0},
+}
+"""What is predicted, if it is not pixels and blurred pixels together."""
+
+TESTED_LENGTHS, NUM_TEST = (1, 2, 3, 6), 20_000
+NUM_WALKS, FIRST_ROOM = 4, 8_000
+HOME_STEPS = 300_000
+
+
+def seen(
+    agent: str,
+    rotation: float,
+    paint: str,
+    budget: Budget,
+    seed: int,
+    preset: PresetName = "vision",
+) -> RunConfig:
+    """A run of an agent with a retina in a painted room, whose colours are of this seed."""
+    config = system(agent, rotation, budget, seed, preset)
+    painted = replace(parse_paint(paint), seed=seed).name
+    return changed(config, {"sensor": "retina", "paint": painted})
+
+
+def jobs(budget: Budget, seeds: int) -> list[Job]:
+    """Seed after seed: what learns from colours first, then what stands beside it."""
+    return [job for seed in range(seeds) for job in _of_seed(budget, seed)]
+
+
+def _of_seed(budget: Budget, seed: int) -> list[Job]:
+    def job(
+        place: tuple[str, float, str],
+        variant: str,
+        config: RunConfig,
+        measure: str = "codes",
+        **further: Value,
+    ) -> Job:
+        agent, rotation, paint = place
+        named = cell(agent=agent, rotation=rotation, paint=paint, variant=variant, **further)
+        return Job("vision", named, config, measure)
+
+    configs = {place: seen(*place, budget, seed) for place in MAIN}
+    flat, fine = ("forward", ROTATION, "flat"), ("forward", ROTATION, "texture:4")
+    found = [job(place, "vision", config) for place, config in configs.items()]
+    paper = seen(*flat, budget, seed, "vision_paper")
+    found.append(job(flat, "paper's network", paper))
+    for paint, num_rays in CURVE:
+        place = ("forward", ROTATION, paint)
+        config = changed(seen(*place, budget, seed), {"num_rays": num_rays})
+        found.append(job(place, "pixels", config, pixels=num_rays))
+    half = ("forward", ROTATION, HALF)
+    found.append(job(half, "vision", seen(*half, budget, seed)))
+    found += [
+        job(flat, "light", changed(configs[flat], {"light": light}), light=light)
+        for light in ("trajectory", "view")
+    ]
+    found += [
+        job(place, name, changed(configs[place], settings))
+        for name, settings in LOSSES.items()
+        for place in (flat, fine)
+    ]
+    distances = system("forward", ROTATION, budget, seed, "best")
+    found += [
+        job(flat, "use", configs[flat], "use", used="colours"),
+        job(flat, "use", distances, "use", used="distances"),
+    ]
+    for place, config in configs.items():
+        informed = changed(
+            oracle(config),
+            {"curriculum": config.training.curriculum, "code_noise": 0.0, "isometry_weight": 0.0},
+        )
+        nothing = changed(config, {"encoder": "none", "code_noise": 0.0, "isometry_weight": 0.0})
+        found += [
+            job(place, "oracle", informed, "errors"),
+            job(place, "no motors", nothing, "errors"),
+            job(place, "untrained", untrained(config)),
+        ]
+    return found
+
+
+def measured_codes(run: "Run", num: int) -> Numbers:
+    """The structure of codes, and errors of prediction by the length of the sequence."""
+    from motorspace.evaluation.subject import subject_of
+
+    found = structure_or_collapse(subject_of(run), run.config.training.seed)
+    return {**found, **measured_errors(run, num)}
+
+
+def measured_errors(run: "Run", num: int) -> Numbers:
+    """Errors of prediction over that of the mean view, by the length of the sequence."""
+    from motorspace.evaluation.evaluate import evaluate
+
+    found = dict(evaluate(run, num=num))
+    mean = found["prediction.mean"]
+    found["vision.error"] = found["prediction.error"] / mean
+    found["vision.persistence"] = found["prediction.persistence"] / mean
+    for length in TESTED_LENGTHS:
+        config = changed(run.config, {"horizon": length, "min_horizon": None})
+        errors = evaluate(replace(run, config=config), num=NUM_TEST)
+        ratio = errors["prediction.error"] / errors["prediction.mean"]
+        found[f"vision.error.{length}"] = ratio
+    return found
+
+
+def measured_use(run: "Run", num: int) -> Numbers:
+    """What codes are good for: displacement goals, the way home, odometry in unseen rooms."""
+    import jax
+    import numpy as np
+
+    from motorspace.control.controller import learn_controller
+    from motorspace.control.scores import measure_controller
+    from motorspace.mapping.trials import measure_odometry, unseen_walk
+
+    del num
+    rooms = [f"rooms:{FIRST_ROOM + index}" for index in range(NUM_WALKS)]
+    walks = [unseen_walk(run, room, key=jax.random.key(FIRST_ROOM)) for room in rooms]
+    found = [measure_odometry(run, walk) for walk in walks]
+    odometry = {
+        f"odometry.ate.{path}": float(np.median([walk[path]["path.ate"] for walk in found]))
+        for path in ("still", "codes")
+    }
+    controller = learn_controller(run)
+    return measure_controller(run, controller) | odometry | _home(run)
+
+
+def _home(run: "Run") -> dict[str, float]:
+    """How many come home in unseen rooms by the chained code, beside chance."""
+    from motorspace.navigation.arenas import codes_of
+    from motorspace.navigation.learning import learn_with
+    from motorspace.navigation.measuring import evaluate_others, evaluate_policy
+    from motorspace.studies.navigation import NUM_BESIDE, configuration
+    from motorspace.studies.observations import OBSERVATIONS
+
+    seed = run.config.training.seed
+    config = configuration(run, "home", OBSERVATIONS["chained code"], HOME_STEPS, seed)
+    policy = learn_with(config, codes_of(run), run.config)
+    numbers = evaluate_policy(policy, beside=False, seed=seed)
+    beside = evaluate_others(config, num=NUM_BESIDE, seed=seed)
+    return {
+        "vision.home": float(numbers["unseen.success"]),
+        "vision.home.chance": float(beside["chance.success"]),
+    }
+
+
+STUDY = Study(
+    name="vision",
+    question="Does prediction build the space of displacements from colours alone?",
+    jobs=jobs,
+    measures={"codes": measured_codes, "errors": measured_errors, "use": measured_use},
+    beside=("structure",),
+    rows=rows,
+    tables=TABLES,
+    targets=TARGETS,
+    figures=FIGURES,
+)
