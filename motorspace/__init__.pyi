@@ -65,6 +65,7 @@ from .reports.figures.codes import codes_figure as codes_figure
 from .reports.figures.films import ways_film as ways_film
 from .reports.figures.measures import curves_figure as curves_figure
 from .reports.figures.measures import learning_figure as learning_figure
+from .reports.figures.vision import view_figure as view_figure
 from .reports.figures.worlds import trajectories_figure as trajectories_figure
 from .reports.figures.worlds import world_figure as world_figure
 from .reports.topology_page import topology_page as topology_page
@@ -94,6 +95,7 @@ from .worlds.scenario import Scenario as Scenario
 from .worlds.sensors.base import AbstractSensor as AbstractSensor
 from .worlds.sensors.node_index import NodeIndex as NodeIndex
 from .worlds.sensors.range_fan import RangeFan as RangeFan
+from .worlds.sensors.retina import Retina as Retina
 from .worlds.simulation import rollout as rollout
 from .worlds.spaces import ContinuousCommands as ContinuousCommands
 from .worlds.spaces import DiscreteCommands as DiscreteCommands

@@ -124,9 +124,7 @@ def _nothing(directions: Directions) -> Met:
 def _earlier(place: Point, directions: Directions) -> Callable[[Met, tuple[Array, Array]], Met]:
     """What each ray meets first, if before a wall with a number it has met something already."""
 
-    def earlier(
-        met: Met, numbered: tuple[Float[Array, "2 2 *walls"], Float[Array, "*walls"]]
-    ) -> Met:
+    def earlier(met: Met, numbered: tuple[Float[Array, "2 2 *walls"], Float[Array, "..."]]) -> Met:
         wall, number = numbered
         nearness = _nearness(place, directions, wall)
         first = nearness > met.nearness
