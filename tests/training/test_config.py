@@ -40,6 +40,8 @@ def every_kind_of_data(log):
         "derived": Derived(simulated, "scaled_rotations", 1.1),
         "derived from a log": Derived(logged, "oracle"),
         "given": Given("what my robot did"),
+        "painted": Simulated(sensor="retina", paint="texture:4"),
+        "views": Given("what my robot saw", shape=(24, 32, 3)),
     }
 
 
@@ -70,7 +72,8 @@ def test_every_field_of_a_configuration_changes_its_hash():
     config = RunConfig(Simulated("holonomic"), training=TrainingConfig(batch_size=5))
     changed = {config.hash()}
     parts = {
-        "data": {"layout": "empty", "horizon": 3, "min_horizon": 2, "collision": "block"},
+        "data": {"layout": "empty", "horizon": 3, "min_horizon": 2, "collision": "block"}
+        | {"paint": "flat:3"},
         "model": {"encoder": "gru", "hidden_size": 1, "code_size": 1, "width_size": 1, "depth": 1}
         | {"motor_scaling": "maximum", "initial_weights": "scaled"},
         "training": {
