@@ -192,19 +192,21 @@ def _scene(drawing: Drawing, camera: Camera) -> Any:
             self.textures = [Texture.get(name) for name in TEXTURES]
 
         def render(self) -> None:
-            for index, (start, end) in enumerate(_faces(drawing)):
+            # Colours between corners would run beyond them where a wall is seen from its edge.
+            gl.glShadeModel(gl.GL_FLAT)
+            for index, face in enumerate(_faces(drawing)):
                 self.textures[index % len(TEXTURES)].bind()
-                along = end - start
                 gl.glBegin(gl.GL_QUADS)
-                gl.glNormal3f(*_normal(along))
-                around = float(np.linalg.norm(along)) / top
-                for place, u, hue in ((start, 0.0, 0.0), (end, around, ALONG)):
-                    gl.glColor3f(*colorsys.hsv_to_rgb(index * NEXT_HUE + hue, 0.75, 1.0))
-                    # Up at the start and down at the end: counter-clockwise, seen from the front.
-                    for v in (0.0, 1.0) if place is start else (1.0, 0.0):
-                        gl.glTexCoord2f(u, v)
-                        gl.glVertex3f(place[0] * scale, v * top * scale, -place[1] * scale)
+                gl.glNormal3f(*_normal(face))
+                for start, end, hue in _pieces(face, index * NEXT_HUE, top / 4):
+                    gl.glColor3f(*colorsys.hsv_to_rgb(hue, 0.75, 1.0))
+                    # Up at the start, down at the end: counter-clockwise, seen from the front.
+                    for along, v in ((start, 0.0), (start, 1.0), (end, 1.0), (end, 0.0)):
+                        x, y = face[0] + along * (face[1] - face[0])
+                        gl.glTexCoord2f(along * math.dist(*face) / top, v)
+                        gl.glVertex3f(x * scale, v * top * scale, -y * scale)
                 gl.glEnd()
+            gl.glShadeModel(gl.GL_SMOOTH)
 
     class Scene(MiniWorldEnv):  # type: ignore[misc]
         def _gen_world(self) -> None:
@@ -250,10 +252,20 @@ def _scene(drawing: Drawing, camera: Camera) -> Any:
 def _faces(drawing: Drawing) -> Float[np.ndarray, "F 2 2"]:
     """Both sides of every wall: end points, in the order in which its front has them."""
     lines = np.asarray(drawing.lines, np.float64)
+    lines = lines[(lines[:, 0] != lines[:, 1]).any(axis=1)]
     return np.stack([lines, lines[:, ::-1]], axis=1).reshape(-1, 2, 2)
 
 
-def _normal(along: Float[np.ndarray, "2"]) -> tuple[float, float, float]:
-    """Away from the front of a face that runs along this vector, in MiniWorld's axes."""
-    x, y = along / np.linalg.norm(along)
+def _normal(face: Float[np.ndarray, "2 2"]) -> tuple[float, float, float]:
+    """Away from the front of a face, in MiniWorld's axes."""
+    x, y = (face[1] - face[0]) / math.dist(*face)
     return -y, 0.0, -x
+
+
+def _pieces(
+    face: Float[np.ndarray, "2 2"], hue: float, longest: float
+) -> Iterator[tuple[float, float, float]]:
+    """Where each piece of a face begins and ends, as shares of the face, and its hue."""
+    num = max(math.ceil(math.dist(*face) / longest), 1)
+    for index in range(num):
+        yield index / num, (index + 1) / num, (hue + ALONG * (index + 0.5) / num) % 1.0
