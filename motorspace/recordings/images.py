@@ -184,7 +184,7 @@ def _scene(drawing: Drawing, camera: Camera) -> Any:
     scale = DIAGONAL / math.hypot(x_high - x_low, y_high - y_low)
     top = 2 * camera.eye_level
 
-    class Walls(Entity):  # type: ignore[misc]
+    class Walls(Entity):
         is_static = True
 
         def __init__(self) -> None:
@@ -208,7 +208,7 @@ def _scene(drawing: Drawing, camera: Camera) -> Any:
                 gl.glEnd()
             gl.glShadeModel(gl.GL_SMOOTH)
 
-    class Scene(MiniWorldEnv):  # type: ignore[misc]
+    class Scene(MiniWorldEnv):
         def _gen_world(self) -> None:
             beyond = 0.05 * DIAGONAL  # its own walls are hidden behind ours
             self.add_rect_room(

@@ -19,7 +19,7 @@ from motorspace.recordings.windows import windows
 from motorspace.recordings.written import write_table
 from motorspace.reports.figures.images import images_figure
 from motorspace.testing.reader import check_recording
-from motorspace.worlds.agents import ForwardAgent, HolonomicAgent
+from motorspace.worlds.agents import HolonomicAgent
 from motorspace.worlds.layouts import parse_layout
 from motorspace.worlds.scenario import Scenario
 from motorspace.worlds.world import LatticeWorld
@@ -56,9 +56,7 @@ def standing(*places):
     num = max(len(places), 2)
     poses = np.zeros((num, 4))
     poses[:, :3] = places if len(places) > 1 else places * 2
-    return replace(
-        walked(num - 1, layout=HALL), poses=poses, increments=np.zeros((num - 1, 2))
-    )
+    return replace(walked(num - 1, layout=HALL), poses=poses, increments=np.zeros((num - 1, 2)))
 
 
 def views(recording):
