@@ -8,6 +8,7 @@ import colorsys
 import io
 import math
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass, replace
@@ -81,7 +82,8 @@ def with_images(recording: Recording, layout: WorldLike, camera: Camera | None =
     """The same walk with what a camera sees in place of the readings.
 
     Every face of a wall has a texture, and colours that change from one end to the other, of its
-    own. The same walk gives the same images.
+    own. The same walk gives the same images. An environment of MiniWorld that is open in this
+    process has to be reset afterwards: all of them keep their scene under one number.
 
     Args:
         recording: A walk whose true poses are known.
@@ -153,7 +155,9 @@ def _miniworld(drawing: Drawing, camera: Camera) -> Iterator[Any]:
         # It counts when pyglet's window system is first imported; Linux alone draws without one.
         if sys.platform == "linux" and "pyglet.gl" not in sys.modules:
             pyglet.options["headless"] = True
-        with redirect_stdout(io.StringIO()):  # how many samples per pixel there are
+        # Said are how many samples a pixel has, and where no device is before that is an error.
+        with redirect_stdout(io.StringIO()), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
             scene = _scene(drawing, camera)
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in ("miniworld", "pyglet"):
