@@ -5,7 +5,7 @@ BASE := .venv/.base
 STAMP := .venv/.installed
 PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt --editable
 
-.PHONY: demo test test-slow lint format reproduce bench bench-system bench-gpu tables tutorials docs clean
+.PHONY: demo test test-slow lint format reproduce bench bench-system bench-gpu vision-system tables tutorials docs clean
 
 demo: $(BASE)
 	$(BIN)/motorspace demo --out demo
@@ -42,6 +42,10 @@ bench-gpu: $(STAMP)
 # What Open3D and the measurement of the peak need from the system.
 bench-system:
 	apt-get install --yes libusb-1.0-0 libgl1 gcc
+
+# What MiniWorld needs from the system to draw without a screen.
+vision-system:
+	apt-get install --yes libegl1 libfreetype6 libgl1 libgl1-mesa-dri libglu1-mesa
 
 .venv-bench/.installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv-bench

@@ -54,6 +54,8 @@ from .navigation.pretrained import Pretrained as Pretrained
 from .navigation.pretrained import load_pretrained as load_pretrained
 from .navigation.pretrained import pretrained_names as pretrained_names
 from .navigation.watch import policy_film as policy_film
+from .recordings.images import Camera as Camera
+from .recordings.images import with_images as with_images
 from .recordings.readers.base import AbstractReader as AbstractReader
 from .recordings.readers.base import read_log as read_log
 from .recordings.record import record as record
@@ -63,6 +65,7 @@ from .reports.codes_view import codes_view as codes_view
 from .reports.figures.answers import answers_figure as answers_figure
 from .reports.figures.codes import codes_figure as codes_figure
 from .reports.figures.films import ways_film as ways_film
+from .reports.figures.images import images_figure as images_figure
 from .reports.figures.measures import curves_figure as curves_figure
 from .reports.figures.measures import learning_figure as learning_figure
 from .reports.figures.vision import view_figure as view_figure

@@ -22,7 +22,10 @@ from motorspace.training.run import load_run
 from motorspace.worlds.catalog import AGENTS, SENSORS
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
-SCRIPTS = ("first_steps", "own_layout", "own_log", "own_classes", "reach_a_goal", "find_a_place")
+SCRIPTS = (
+    *("first_steps", "own_layout", "own_log", "own_classes"),
+    *("reach_a_goal", "find_a_place", "from_images"),
+)
 SMALL = [
     *("--code-size", "4", "--width-size", "8", "--depth", "1"),
     *("--trajectories-per-epoch", "64", "--batch-size", "32"),
@@ -62,7 +65,7 @@ def log(tmp_path):
     return path
 
 
-LONG = ("first_steps", "own_classes", "find_a_place", "reach_a_goal")
+LONG = ("first_steps", "own_classes", "find_a_place", "from_images", "reach_a_goal")
 """Those that train for long; what they show is tested in smaller pieces as well."""
 
 
@@ -74,7 +77,12 @@ def test_an_example_runs(script, capsys, tmp_path):
     source = (EXAMPLES / f"{script}.py").read_text()
     small = re.sub(r"epochs=(\d+)", lambda found: f"epochs={int(found[1]) // 20 or 1}", source)
     (tmp_path / "script.py").write_text(small.replace("num=8000", "num=400"))
-    runpy.run_path(str(tmp_path / "script.py"), run_name="__main__")
+    try:
+        runpy.run_path(str(tmp_path / "script.py"), run_name="__main__")
+    except SystemExit as ended:
+        if not str(ended).startswith("no images: "):
+            raise
+        pytest.skip(str(ended))
     assert len(capsys.readouterr().out.splitlines()) >= 2
 
 

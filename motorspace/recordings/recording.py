@@ -1,5 +1,6 @@
 """A walk through time, simulated or read from a robot's log."""
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,9 +43,17 @@ class Recording:
     """Whether the rules that leave intervals out have been applied already."""
     notes: tuple[str, ...] = ()
     """What a person should know before learning from it, a sentence each."""
+    shape: tuple[int, ...] = ()
+    """How the K channels are arranged, for instance (height, width, 3); [K] where it is empty."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sensor_scale", tuple(map(float, self.sensor_scale)))
+        object.__setattr__(self, "shape", tuple(map(int, self.shape)))
+        channels = self.sensors.shape[1]
+        if self.shape and math.prod(self.shape) != channels:
+            raise UserError(
+                f"{channels} channels cannot be arranged as {self.shape}", where=self.name
+            )
 
     def __len__(self) -> int:
         return len(self.sensors)

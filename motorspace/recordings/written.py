@@ -34,7 +34,11 @@ def write_table(recording: Recording, path: Path | str) -> None:
     check_ending(path)
     columns = _columns(recording)
     about = About(
-        recording.planar, recording.sensor_scale, recording.judged, recording.odometry_poses
+        planar=recording.planar,
+        sensor_scale=recording.sensor_scale,
+        judged=recording.judged,
+        odometry_poses=recording.odometry_poses,
+        shape=recording.shape or None,
     )
     content = _csv if path.suffix == ".csv" else _parquet
     write_atomically(path, content(columns, about))

@@ -55,6 +55,9 @@ def test_rules_are_applied_anew_where_they_are_given(tmp_path):
         ('{"sensor_scale": [1, 2]}', "does not fit 1 motor and 1 sensor"),
         ('{"planar": true}', "does not fit 1 motor"),
         ('{"other": 1}', "it names other"),
+        ('{"shape": [0]}', "shape is a list of whole numbers above 0"),
+        ('{"shape": []}', "shape is a list of whole numbers above 0"),
+        ('{"shape": [2, 1]}', "does not fit 1 motor and 1 sensor"),
     ],
 )
 def test_a_broken_description_is_one_sentence(tmp_path, text, why):

@@ -30,6 +30,8 @@ class About:
     """Whether what is no transition is left out already."""
     odometry_poses: bool = False
     """Whether the poses are where odometry leads."""
+    shape: tuple[int, ...] | None = None
+    """How the sensors are arranged, for instance (height, width, 3); None stands for a list."""
 
     def text(self) -> str:
         """The description as JSON; `read_about` gives it back."""
@@ -38,7 +40,8 @@ class About:
     def check(self, motors: int, sensors: int, *, where: object) -> None:
         """Raise `UserError` unless it fits so many columns."""
         scales = sensors if self.sensor_scale is None else len(self.sensor_scale)
-        if (self.planar and motors != 3) or scales != sensors:
+        arranged = sensors if self.shape is None else math.prod(self.shape)
+        if (self.planar and motors != 3) or scales != sensors or arranged != sensors:
             raise _wrong(f"it does not fit {motors} motor and {sensors} sensor columns", where)
 
 
@@ -65,7 +68,8 @@ def read_about(text: str, *, where: object) -> About:
     for name in FLAGS:
         if not isinstance(found.get(name, False), bool):
             raise _wrong(f"{name} is true or false", where)
-    return About(**found | {"sensor_scale": _scales(found.get("sensor_scale"), where)})
+    scales, shape = _scales(found.get("sensor_scale"), where), _shape(found.get("shape"), where)
+    return About(**found | {"sensor_scale": scales, "shape": shape})
 
 
 def _scales(value: Any, where: object) -> tuple[float, ...] | None:
@@ -74,6 +78,18 @@ def _scales(value: Any, where: object) -> tuple[float, ...] | None:
     if not isinstance(value, list) or not all(map(_is_scale, value)):
         raise _wrong("sensor_scale is a list of numbers above 0", where)
     return tuple(map(float, value))
+
+
+def _shape(value: Any, where: object) -> tuple[int, ...] | None:
+    if value is None:
+        return None
+    if not isinstance(value, list) or not value or not all(map(_is_size, value)):
+        raise _wrong("shape is a list of whole numbers above 0", where)
+    return tuple(value)
+
+
+def _is_size(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value > 0
 
 
 def _is_scale(value: Any) -> bool:

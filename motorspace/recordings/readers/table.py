@@ -102,6 +102,7 @@ class TableReader(AbstractReader):
             planar=table.about.planar,
             judged=table.about.judged,
             odometry_poses=table.about.odometry_poses,
+            shape=table.about.shape or (),
             usable=executed & sensed[:-1] & sensed[1:],
             notes=tuple(notes),
         )
