@@ -235,7 +235,7 @@ def _data_from_json(value: Mapping[str, Any], *, where: object) -> Data:
             base: Any = _data_from_json(fields.pop("base"), where=where)
             return Derived(base, **fields)
         case "given":
-            return Given(**fields)
+            return Given(fields["description"], tuple(fields.get("shape", ())))
     raise ValueError(f"data of the kind {kind!r}")
 
 

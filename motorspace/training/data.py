@@ -1,20 +1,19 @@
 """What a run learns from, as data: a simulated agent, a robot's log, or data of one's own."""
 
-from dataclasses import dataclass, replace
-from functools import cache, lru_cache
+from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from motorspace._errors import UserError
-from motorspace._files import file_hash
 from motorspace._kinds import Part, Registry
+from motorspace.training.logged import Logged, check_horizon, set_fields
 from motorspace.worlds.catalog import AGENTS, SENSORS, home_of
-from motorspace.worlds.checks import flag, one_of, positive, whole
+from motorspace.worlds.checks import one_of, positive
 from motorspace.worlds.layouts import layout_content
 from motorspace.worlds.paint import parse_paint
 
 if TYPE_CHECKING:
-    from motorspace.recordings.recording import Recording
     from motorspace.worlds.agents import AbstractAgent
     from motorspace.worlds.scenario import Scenario
     from motorspace.worlds.sensors.base import AbstractSensor
@@ -68,7 +67,7 @@ class Simulated:
         if horizon is None:
             horizon = home.horizon
             min_horizon = home.min_horizon if min_horizon is None else min_horizon
-        _set(
+        set_fields(
             self,
             agent=described,
             sensor=_part(SENSORS, home.sensor if sensor is None else sensor),
@@ -78,7 +77,7 @@ class Simulated:
             collision=collision,
             paint=None if paint is None else parse_paint(paint, where="paint").name,
         )
-        _check_horizon(horizon, min_horizon)
+        check_horizon(horizon, min_horizon)
         one_of("collision", collision, get_args(Collision))
 
     def scenario(self) -> "Scenario":
@@ -90,93 +89,6 @@ class Simulated:
         parts = {"agent": self.agent.as_json(), "sensor": self.sensor.as_json()}
         own = {name: value for name, value in vars(self).items() if (name, value) != UNPAINTED}
         return {"kind": "simulated"} | own | parts
-
-
-@dataclass(frozen=True, init=False)
-class Logged:
-    """Transitions of a robot's log, split into blocks of time for training and test.
-
-    Args:
-        path: The log.
-        reader: Which reader reads it; by default the one that recognises its content.
-        horizon: Scans from the beginning of a transition to its end.
-        min_horizon: Training also sees transitions over fewer scans, down to these.
-        per_scan: Whether the motor increments between two scans are chained into one command;
-            otherwise a sequence holds every increment.
-        num_blocks: Blocks of time that the log is cut into: 60 % are for training, 20 % for
-            validation, 20 % for test.
-        sha256: Hash of the log's content; by default that of the file as it is now.
-        options: Options of the reader, such as `num_rays`.
-
-    Raises:
-        UserError: For a file that cannot be read, and options that the reader does not have.
-    """
-
-    path: str
-    sha256: str
-    reader: Part
-    horizon: int
-    min_horizon: int | None
-    per_scan: bool
-    num_blocks: int
-
-    def __init__(
-        self,
-        path: str | Path,
-        reader: str | Part | None = None,
-        horizon: int = 6,
-        min_horizon: int | None = None,
-        per_scan: bool = True,
-        num_blocks: int = 20,
-        sha256: str | None = None,
-        **options: Any,
-    ) -> None:
-        from motorspace.recordings.catalog import READERS, reader_for
-
-        kind = reader_for(Path(path)) if reader is None else reader
-        part = READERS.part(kind, options) if isinstance(kind, str) else kind
-        _set(
-            self,
-            path=str(path),
-            sha256=sha256 or file_hash(Path(path)),
-            reader=part,
-            horizon=horizon,
-            min_horizon=min_horizon,
-            per_scan=per_scan,
-            num_blocks=whole("num_blocks", num_blocks),
-        )
-        flag("per_scan", per_scan)
-        _check_horizon(horizon, min_horizon)
-
-    def at(self, path: str | Path) -> "Logged":
-        """The same log, which now lies elsewhere. Raises `UserError` if it is another one."""
-        moved = replace(self, path=str(path), sha256=self.sha256)
-        moved.check_content()
-        return moved
-
-    def check_content(
-        self, *, remedy: str = "give the original file, or train a new run on this one"
-    ) -> None:
-        """Raise `UserError` unless the file is there and still holds what it held."""
-        try:
-            content = file_hash(Path(self.path))
-        except UserError as error:
-            raise UserError(error.what, where=self.path, remedy=remedy) from None
-        if content != self.sha256:
-            raise UserError(
-                "this is not the log that the run has learned from (its content differs)",
-                where=self.path,
-                remedy=remedy,
-            )
-
-    def recording(self) -> "Recording":
-        """The log, read. Raises `UserError` if it is gone, has changed or cannot be read."""
-        self.check_content()
-        return _recording(self)
-
-    def as_json(self) -> dict[str, Any]:
-        """The same as JSON-able data."""
-        return {"kind": "logged"} | vars(self) | {"reader": self.reader.as_json()}
 
 
 @dataclass(frozen=True)
@@ -208,7 +120,7 @@ class Derived:
         if not isinstance(self.base, Simulated | Logged):
             raise UserError("the base of derived data must be a simulation or a log")
         one_of("change", self.change, get_args(DerivedKind))
-        _set(self, angle=positive("angle", self.angle))
+        set_fields(self, angle=positive("angle", self.angle))
         if isinstance(self.base, Logged) and self.change != "oracle":
             raise UserError(
                 f"{self.change!r} cannot be derived from a log",
@@ -244,7 +156,7 @@ class Given:
     shape: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        _set(self, shape=tuple(self.shape))
+        set_fields(self, shape=tuple(self.shape))
 
     def as_json(self) -> dict[str, Any]:
         """The same as JSON-able data."""
@@ -261,13 +173,13 @@ def base_of(data: Data) -> Simulated | Logged | Given:
 
 
 def arrangement(data: Data) -> tuple[int, ...]:
-    """How the sensors are arranged: (pixels, 3) of a retina; empty where nothing is said."""
+    """How the sensors are arranged: (pixels, 3) of a retina; () where nothing is said."""
     match base := base_of(data):
         case Simulated():
             return base.scenario().space.shape
-        case Given():
-            return base.shape
-    return ()
+        case Logged():
+            return base.recording().shape
+    return base.shape
 
 
 def simulated(data: Data) -> Simulated:
@@ -289,30 +201,8 @@ def _scenario(data: Simulated) -> "Scenario":
     return Scenario.of(data.agent, data.sensor, data.layout, data.paint)
 
 
-@lru_cache(maxsize=1)
-def _recording(data: Logged) -> "Recording":
-    from motorspace.recordings.catalog import READERS
-
-    read: Recording = READERS.build(data.reader).read(Path(data.path))
-    return read
-
-
-def _set(target: Any, **fields: Any) -> None:
-    for name, value in fields.items():
-        object.__setattr__(target, name, value)
-
-
 def _part(registry: Registry[Any], value: Any) -> Part:
     part = Part(value) if isinstance(value, str) else value
     if isinstance(part, Part):
         return registry.part(part.kind, dict(part.options))
     return registry.part_of(value)
-
-
-def _check_horizon(horizon: int, min_horizon: int | None) -> None:
-    whole("horizon", horizon)
-    if min_horizon is not None and whole("min_horizon", min_horizon) > horizon:
-        raise UserError(
-            f"min_horizon {min_horizon} is above horizon {horizon}",
-            remedy="give a min_horizon from 1 to horizon",
-        )
