@@ -36,7 +36,9 @@ def view_figure(world: WalledWorld, poses: Sequence[Pose], retina: Retina) -> Fi
         colour = SERIES[number % len(SERIES)]
         edges = retina.rays(world, pose)[[0, -1]]
         axes.add_collection(LineCollection(list(edges), colors=colour, linewidths=1.0))
-        axes.scatter([float(pose.x)], [float(pose.y)], s=70, color=colour, zorder=4, linewidths=0)
+        x, y, gaze = float(pose.x), float(pose.y), float(pose.gaze)
+        axes.scatter([x], [y], s=70, color=colour, zorder=4, linewidths=0)
+        axes.plot([x, x + 1.5 * np.cos(gaze)], [y, y + 1.5 * np.sin(gaze)], color=ink("text"))
         strip = figure.add_subplot(rows[1 + number])
         pixels = np.asarray(retina.sense(world, pose)).reshape(1, -1, 3)
         strip.imshow((pixels[:, ::-1] + 1) / 2, aspect="auto", interpolation="nearest")
