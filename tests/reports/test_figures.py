@@ -7,8 +7,8 @@ import PIL.Image
 import PIL.ImageSequence
 import pytest
 
-from motorspace import ForwardAgent, RangeFan, layout, rollout
-from motorspace.reports.figures import codes, films, maps, measures, style, worlds
+from motorspace import ForwardAgent, RangeFan, Retina, layout, rollout
+from motorspace.reports.figures import codes, films, maps, measures, style, vision, worlds
 from motorspace.reports.figures.measures import Axis
 
 RNG = np.random.default_rng(0)
@@ -27,6 +27,16 @@ def test_worlds_agents_and_their_ways():
     assert len(worlds.world_figure(world).axes[0].collections) == 1, "walls alone"
     assert is_png(worlds.trajectories_figure(world, [path, path]))
     assert len(worlds.layouts_figure({"one": world, "two": world}).axes) == 2
+
+
+def test_a_painted_world_has_a_strip_for_each_agent():
+    world, retina = layout("paper", paint="texture:4"), Retina(8, samples=1)
+    poses = [world.place(key=jax.random.key(seed)) for seed in range(2)]
+    figure = vision.view_figure(world, poses, retina)
+    assert is_png(figure) and len(figure.axes) == 3
+    strip = np.asarray(figure.axes[1].images[0].get_array())
+    expected = (np.asarray(retina.sense(world, poses[0])).reshape(8, 3)[::-1] + 1) / 2
+    np.testing.assert_allclose(strip[0], expected, atol=1e-6)
 
 
 def test_a_film_has_a_frame_for_each_command_and_the_end_stays(tmp_path):
