@@ -6,7 +6,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from motorspace._types import Pose, Scalar, Walls
 from motorspace.se2 import cos_sin
@@ -15,6 +15,9 @@ from motorspace.worlds.walls import Point, over_walls
 
 Directions = tuple[Float[Array, "K *batch"], Float[Array, "K *batch"]]
 """Cosines and sines."""
+
+PACKED_BELOW = 128
+"""So few walls that a nearness has bits to spare for their numbers."""
 
 FARTHEST = 1e6
 """How far away a ray meets something that meets no wall, world units."""
@@ -88,6 +91,8 @@ def first_met(walls: Walls, tiles: Tiles | None, place: Point, directions: Direc
     As `cast`, which needs no wall's number. With `tiles` walls are looked up around each place,
     and all of them only for agents of whom a ray meets none of those.
     """
+    if tiles is None and len(walls) < PACKED_BELOW:
+        return _first_of_few(walls, place, directions)
     if tiles is None:
         return _first_of_all(walls, place, directions, _nothing(directions))
 
@@ -108,6 +113,30 @@ def first_met(walls: Walls, tiles: Tiles | None, place: Point, directions: Direc
         return jnp.stack(met)
 
     return Met(*in_groups(looked_up, place[0].shape, place, directions))
+
+
+def _first_of_few(walls: Walls, place: Point, directions: Directions) -> Met:
+    """The same with each wall's number in the lowest bits of its nearness: one array to carry.
+
+    Of the 24 bits of precision those are lost that numbers take. It halves the time.
+    """
+    bits = (1 << len(walls).bit_length()) - 1
+
+    def nearer(
+        best: Int[Array, "K *batch"],
+        numbered: tuple[Float[Array, "2 2 *walls"], Int[Array, "..."]],
+    ) -> Int[Array, "K *batch"]:
+        wall, number = numbered
+        nearness = jnp.maximum(_nearness(place, directions, wall), 0.0)
+        # Floats above zero are in the order of the whole numbers that their bits are.
+        ordered = jax.lax.bitcast_convert_type(nearness, jnp.int32)
+        return jnp.maximum(best, (ordered & ~bits) | number)
+
+    numbers = jnp.arange(1, len(walls) + 1, dtype=jnp.int32)
+    nothing = jnp.zeros(directions[0].shape, jnp.int32)
+    best = over_walls(nearer, nothing, (walls, numbers))
+    nearness = jax.lax.bitcast_convert_type(best & ~bits, jnp.float32)
+    return Met(nearness, jnp.where(nearness > 0, (best & bits).astype(jnp.float32), 0.0) - 1)
 
 
 def _first_of_all(walls: Walls, place: Point, directions: Directions, known: Met) -> Met:

@@ -86,6 +86,15 @@ def test_many_walls_are_looked_up_as_if_all_were_visited():
     assert 1 / float(met.nearness.min()) > 20 and 1 / float(met.nearness.max()) < 2
 
 
+@pytest.mark.parametrize("few", [True, False])
+def test_a_ray_that_meets_nothing_says_so(few, monkeypatch):
+    monkeypatch.setattr("motorspace.worlds.rays.PACKED_BELOW", 128 if few else 0)
+    wall, here = jnp.array([[[2.0, -1.0], [2.0, 1.0]]]), (jnp.float32(0), jnp.float32(0))
+    met = first_met(wall, None, here, fan_directions(np.array([0.0, np.pi]), jnp.float32(0)))
+    np.testing.assert_allclose(met.nearness, [0.5, 0.0], rtol=1e-5)
+    np.testing.assert_array_equal(met.wall, [0, -1])
+
+
 def test_distance_leaves_no_trace():
     """A flat wall looks the same from near and from far."""
     world, retina = layout("empty"), Retina(4, 0.4)
