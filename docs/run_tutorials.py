@@ -26,6 +26,7 @@ NAMES = (
     "measure_codes",
     "reach_a_goal",
     "navigate",
+    "eyes",
 )
 
 

@@ -101,7 +101,10 @@ def blocks(page):
 
 
 HOW_TO = [f"docs/how-to/{name}.md" for name in ("sensor", "reader", "study")]
-LONG = ("README", "docs/quickstart", "docs/navigation", "docs/how-to/agent", "docs/how-to/encoder")
+LONG = (
+    *("README", "docs/quickstart", "docs/navigation"),
+    *(f"docs/how-to/{name}" for name in ("agent", "encoder", "colours")),
+)
 
 
 @pytest.mark.parametrize(
@@ -132,6 +135,7 @@ def test_the_code_of_a_page_runs(page, tmp_path, monkeypatch):
         ("bag_to_map", {"SCANS": 500, "EPOCHS": 20}),
         ("measure_codes", {"NUM": 1000}),
         ("navigate", {"STEPS": 1000, "NUM": 16}),
+        ("eyes", {"EPOCHS": 10, "NUM": 1000}),
     ],
 )
 def test_a_tutorial_runs(name, changes):
