@@ -1,8 +1,8 @@
 # %% [markdown]
 # # Eyes instead of rulers
 #
-# So far the agent sensed distances, which are about space already. Here it sees colours, and nothing
-# else. Does prediction still find out how the agent moves? Three minutes.
+# So far the agent sensed distances, which are about space already. Here it sees colours, and
+# nothing else. Does prediction still find out how the agent moves? Three minutes.
 
 # %%
 import math
@@ -18,8 +18,8 @@ NUM = 4000
 # %% [markdown]
 # ## A painted room
 #
-# Every wall of the room has a colour. The retina has 32 pixels over half a circle. Below the room is
-# what each agent sees, from left to right: no strip says how far away a wall is.
+# Every wall of the room has a colour. The retina has 32 pixels over half a circle. Below the room
+# is what each agent sees, from left to right: no strip says how far away a wall is.
 
 # %%
 agent = ms.ForwardAgent(max_rotation=0.4 * math.pi)
@@ -45,8 +45,8 @@ for name in ("error", "persistence", "mean"):
     print(f"{name:12} {measured[f'prediction.{name}']:.3f}")
 
 # %% [markdown]
-# More than half of the variance of views is beyond prediction: an agent cannot know what is around a
-# corner. Is it enough to learn from?
+# More than half of the variance of views is beyond prediction: an agent cannot know what is around
+# a corner. Is it enough to learn from?
 #
 # ## Where do the codes say that the agent went?
 #
