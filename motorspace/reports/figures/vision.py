@@ -58,7 +58,11 @@ def draw_painted(axes: Axes, world: WalledWorld) -> None:
         x, y = jnp.asarray(((ends[:-1] + ends[1:]) / 2).T, jnp.float32)
         colours = np.asarray(world.coat.colours(jnp.full(pieces, number), x, y))
         lines = np.stack([ends[:-1], ends[1:]], axis=1)
-        axes.add_collection(LineCollection(list(lines), colors=colours, linewidths=4.0, zorder=3))
+        axes.add_collection(
+            LineCollection(
+                list(lines), colors=colours, linewidths=4.0, antialiaseds=False, zorder=3
+            )
+        )
 
 
 @styled
