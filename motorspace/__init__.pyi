@@ -54,6 +54,7 @@ from .navigation.pretrained import Pretrained as Pretrained
 from .navigation.pretrained import load_pretrained as load_pretrained
 from .navigation.pretrained import pretrained_names as pretrained_names
 from .navigation.watch import policy_film as policy_film
+from .recordings.drawn import draw_windows as draw_windows
 from .recordings.images import Camera as Camera
 from .recordings.images import with_images as with_images
 from .recordings.readers.base import AbstractReader as AbstractReader

@@ -27,6 +27,7 @@ define(
     Measure("vision.persistence", "persistence / mean", goal="low"),
     Measure("vision.error.{length}", "error / mean, T = {length}", goal="low", chance=1.0),
     Measure("vision.to_oracle", "error / oracle's", goal="low", perfect=1.0),
+    Measure("vision.untrained", "R², untrained", goal="high", perfect=1.0, chance=0.0),
     Measure("vision.home", "came home", goal="high", perfect=1.0),
     Measure("vision.home.chance", "came home, chance", goal="high", perfect=1.0),
 )
@@ -61,6 +62,9 @@ LOSSES = {
 TESTED_LENGTHS, NUM_TEST = (1, 2, 3, 6), 20_000
 NUM_WALKS, FIRST_ROOM = 4, 8_000
 HOME_STEPS = 300_000
+NUM_IMAGES, NUM_TEST_IMAGES = 30_000, 3_000
+IMAGE_SIZE = 12, 16
+"""Rows and columns."""
 
 
 def seen(
@@ -92,7 +96,7 @@ def _of_seed(budget: Budget, seed: int) -> list[Job]:
     ) -> Job:
         agent, rotation, paint = place
         named = cell(agent=agent, rotation=rotation, paint=paint, variant=variant, **further)
-        return Job("vision", named, config, measure)
+        return Job("vision", named, config, measure, trains=measure != "images")
 
     configs = {place: seen(*place, budget, seed) for place in MAIN}
     flat, fine = ("forward", ROTATION, "flat"), ("forward", ROTATION, "texture:4")
@@ -115,6 +119,9 @@ def _of_seed(budget: Budget, seed: int) -> list[Job]:
         for place in (flat, fine)
     ]
     distances = system("forward", ROTATION, budget, seed, "best")
+    by_camera = ("forward", ROTATION, "MiniWorld")
+    walking = system("forward", ROTATION, budget, seed, "vision")
+    found.append(job(by_camera, "images", walking, "images"))
     found += [
         job(flat, "use", configs[flat], "use", used="colours"),
         job(flat, "use", distances, "use", used="distances"),
@@ -155,6 +162,48 @@ def measured_errors(run: "Run", num: int) -> Numbers:
         ratio = errors["prediction.error"] / errors["prediction.mean"]
         found[f"vision.error.{length}"] = ratio
     return found
+
+
+def measured_images(run: "Run", num: int) -> Numbers:
+    """The same from a camera's images along a walk of the run's agent, which the network learns."""
+    import jax
+    import numpy as np
+
+    from motorspace.evaluation.prediction import mean_error, mean_squared_error, persistence_error
+    from motorspace.evaluation.subject import subject_of
+    from motorspace.models.model import Scaling
+    from motorspace.recordings.drawn import draw_windows
+    from motorspace.recordings.images import Camera, with_images
+    from motorspace.recordings.record import record
+    from motorspace.recordings.windows import windows
+    from motorspace.training.data import Given, simulated
+    from motorspace.training.run import train
+
+    del num
+    training, data = run.config.training, simulated(run.config.data)
+    keys = jax.random.split(jax.random.key(training.seed), 2)
+    learned, tested = (
+        with_images(record(data.scenario(), num_steps=size, key=key), "paper", Camera(*IMAGE_SIZE))
+        for size, key in zip((NUM_IMAGES, NUM_TEST_IMAGES), keys, strict=True)
+    )
+    source = draw_windows(
+        learned,
+        num=training.trajectories_per_epoch,
+        horizon=data.horizon,
+        curriculum_epochs=training.curriculum_epochs,
+    )
+    own = replace(run.config, data=Given("images of a walk", shape=learned.shape))
+    scaling = Scaling(learned.sensor_scale, (1.0,) * learned.increments.shape[1])
+    trained = train(own, source, scaling=scaling)
+    seen = windows(tested, horizon=data.horizon, per_scan=True).experience
+    mean = mean_error(seen, source.sensors.mean(axis=0))
+    before = structure_or_collapse(subject_of(run), training.seed)
+    after = structure_or_collapse(subject_of(replace(trained, config=run.config)), training.seed)
+    return after | {
+        "vision.error": mean_squared_error(trained.predict(seen), seen.later_sensors) / mean,
+        "vision.persistence": persistence_error(seen) / mean,
+        "vision.untrained": before.get("linear_r2.worst", np.nan),
+    }
 
 
 def measured_use(run: "Run", num: int) -> Numbers:
@@ -201,7 +250,12 @@ STUDY = Study(
     name="vision",
     question="Does prediction build the space of displacements from colours alone?",
     jobs=jobs,
-    measures={"codes": measured_codes, "errors": measured_errors, "use": measured_use},
+    measures={
+        "codes": measured_codes,
+        "errors": measured_errors,
+        "images": measured_images,
+        "use": measured_use,
+    },
     beside=("structure",),
     rows=rows,
     tables=TABLES,

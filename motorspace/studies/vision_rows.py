@@ -18,7 +18,7 @@ FLAT, PAPER = "flat", "paper's network"
 LIGHTS = {"trajectory": "one for each trajectory", "view": "one for each view"}
 FORWARD = MappingProxyType[str, Value]({"agent": "forward", "rotation": 0.4})
 R2, RATIO, TOPOLOGY = "linear_r2.worst", "equivalence_ratio", "normalised_topology_error"
-ERROR, TO_ORACLE = "vision.error", "vision.to_oracle"
+ERROR, TO_ORACLE, UNTRAINED = "vision.error", "vision.to_oracle", "vision.untrained"
 QUALITY = {"linear R²": R2, "equivalence ratio": RATIO, "error / mean": ERROR}
 
 
@@ -144,6 +144,13 @@ def loss_lines(found: Sequence[Row]) -> list[Line]:
     ]
 
 
+def image_lines(found: Sequence[Row]) -> list[Line]:
+    """Codes that learn from a camera's images."""
+    heads = QUALITY | {"persistence / mean": "vision.persistence", "R², untrained": UNTRAINED}
+    taken = chosen(found, "vision", variant="images")
+    return [_line({"agent": row.cell["agent"]}, row, heads) for row in taken]
+
+
 def use_lines(found: Sequence[Row]) -> list[Line]:
     """What codes from colours and from distances are good for."""
     heads = {
@@ -182,6 +189,7 @@ TABLES = {
     "vision_curve": Table(curve_lines),
     "vision_light": Table(light_lines),
     "vision_losses": Table(loss_lines),
+    "vision_images": Table(image_lines),
     "vision_use": Table(use_lines),
 }
 FIGURES: dict[str, Callable[[Sequence[Row]], "Figure"]] = {"vision": curve_figure}
@@ -203,6 +211,7 @@ BOUNDS: tuple[tuple[str, Settings, str, float | None, float | None], ...] = (
     ("texture of 4 units, forward", _cells("forward", "texture:4"), RATIO, None, 0.015),
     ("texture of 4 units, forward", _cells("forward", "texture:4"), TOPOLOGY, None, 0.05),
     ("texture of 4 units, holonomic", _cells("holonomic", "texture:4"), R2, 0.7, None),
+    ("first-person images", _cells("forward", "MiniWorld", "images"), R2, 0.9, None),
     ("texture of 1 unit", _cells("forward", "texture:1", "pixels", pixels=128), R2, 0.9, None),
 )
 """Where, the cells, the measure, its lower and its upper bound."""

@@ -25,6 +25,7 @@ from motorspace.training.data import (
     simulated,
 )
 from motorspace.trajectories import derived
+from motorspace.trajectories.curriculum import sequence_lengths
 from motorspace.trajectories.sampling import SamplingPlan, simulate
 from motorspace.trajectories.transitions import Experience, ExperienceSource, Trajectories
 from motorspace.worlds.agents import AbstractAgent
@@ -95,12 +96,7 @@ def given_source(
 
 
 class Simulator(eqx.Module):
-    """A function from a key and the epoch to one epoch's new trajectories.
-
-    With large rotations the outcome of T commands says almost nothing about any one of them,
-    much as a parity of T bits, and learning sits still. So the first epochs (`curriculum`) draw
-    shorter sequences, of 1 command and then of up to 2, 3 ... T, which show what each one does.
-    """
+    """A function from a key and the epoch to one epoch's new trajectories, short ones first."""
 
     scenario: Scenario
     plan: SamplingPlan = eqx.field(static=True)
@@ -112,14 +108,10 @@ class Simulator(eqx.Module):
 
     def __call__(self, key: Key, epoch: Count) -> Trajectories:
         key = key if self.only_key is None else self.only_key
-        return simulate(self.scenario, self.plan, self._lengths(epoch), key=key)
-
-    def _lengths(self, epoch: Count) -> tuple[Count, Count]:
-        """The shortest and the longest trajectory of an epoch."""
-        horizon, growing = self.plan.horizon, self.curriculum_epochs
-        grown = 1 + epoch * horizon // jnp.maximum(growing, 1)
-        shortest = jnp.where(epoch < growing, 1, self.shortest)
-        return shortest, jnp.where(epoch < growing, grown, horizon)
+        lengths = sequence_lengths(
+            epoch, self.curriculum_epochs, shortest=self.shortest, horizon=self.plan.horizon
+        )
+        return simulate(self.scenario, self.plan, lengths, key=key)
 
 
 class Simulation(eqx.Module):
