@@ -7,7 +7,11 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
+from motorspace import Retina, layout
 from motorspace.environments import IDS, register
+from motorspace.environments.single import ExplorationEnv
+from motorspace.environments.vector import ExplorationVectorEnv
+from motorspace.navigation.environments import NavigationEnv
 
 register()
 IDS = tuple(IDS)
@@ -101,3 +105,19 @@ def test_pictures_are_fresh_and_show_something():
     second = env.render()
     assert first.dtype == np.uint8 and len(np.unique(first.reshape(-1, 3), axis=0)) == 4
     assert not np.array_equal(first, second)
+
+
+def test_agents_with_eyes_see_the_colours_of_their_world():
+    """Alone and many at once; in a navigation task every agent is in a room of its own."""
+    options = {"sensor": "retina", "layout": layout("paper", paint="texture:4"), "num_rays": 8}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(ExplorationEnv(render_mode="rgb_array", **options), skip_render_check=True)
+    env = ExplorationVectorEnv(num_envs=5, **options)
+    seen, _ = env.reset(seed=0)
+    assert seen.shape == (5, 8, 3) and len(np.unique(seen, axis=0)) == 5
+    after = env.step(env.action_space.sample())[0]
+    assert env.observation_space.contains(after) and np.abs(after - seen).max() > 0.1
+    rooms = NavigationEnv("home", sensor=Retina(4, samples=1), num_layouts=2)
+    observed, _ = rooms.reset(seed=0)
+    assert rooms.observation_space.contains(observed)
