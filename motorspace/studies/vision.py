@@ -59,6 +59,13 @@ LOSSES = {
 }
 """What is predicted, if it is not pixels and blurred pixels together."""
 
+SEQUENCES = {
+    "one command": {"horizon": 1, "curriculum": 0.0},
+    "six commands": {"curriculum": 0.0},
+}
+"""What is learned from, if it is not ever longer sequences."""
+HORIZON = 6
+
 TESTED_LENGTHS, NUM_TEST = (1, 2, 3, 6), 20_000
 NUM_WALKS, FIRST_ROOM = 4, 8_000
 HOME_STEPS = 300_000
@@ -119,6 +126,9 @@ def _of_seed(budget: Budget, seed: int) -> list[Job]:
         for place in (flat, fine)
     ]
     distances = system("forward", ROTATION, budget, seed, "best")
+    found += [
+        job(fine, name, changed(configs[fine], settings)) for name, settings in SEQUENCES.items()
+    ]
     by_camera = ("forward", ROTATION, "MiniWorld")
     walking = system("forward", ROTATION, budget, seed, "vision")
     found.append(job(by_camera, "images", walking, "images"))
@@ -144,8 +154,10 @@ def measured_codes(run: "Run", num: int) -> Numbers:
     """The structure of codes, and errors of prediction by the length of the sequence."""
     from motorspace.evaluation.subject import subject_of
 
-    found = structure_or_collapse(subject_of(run), run.config.training.seed)
-    return {**found, **measured_errors(run, num)}
+    # Whatever they are learned from, codes are those of six commands.
+    composed = replace(run, config=changed(run.config, {"horizon": HORIZON, "min_horizon": None}))
+    found = structure_or_collapse(subject_of(composed), run.config.training.seed)
+    return {**found, **measured_errors(composed, num)}
 
 
 def measured_errors(run: "Run", num: int) -> Numbers:

@@ -144,6 +144,16 @@ def loss_lines(found: Sequence[Row]) -> list[Line]:
     ]
 
 
+def sequence_lines(found: Sequence[Row]) -> list[Line]:
+    """What sequences codes are learned from; measured on those of six commands."""
+    names = {"vision": "one command, then up to six"}
+    return [
+        _line({"learned from": names.get(variant, f"{variant} alone")}, row, QUALITY)
+        for variant in ("vision", "one command", "six commands")
+        for row in chosen(found, "vision", **FORWARD, variant=variant, paint="texture:4")
+    ]
+
+
 def image_lines(found: Sequence[Row]) -> list[Line]:
     """Codes that learn from a camera's images."""
     heads = QUALITY | {"persistence / mean": "vision.persistence", "R², untrained": UNTRAINED}
@@ -189,6 +199,7 @@ TABLES = {
     "vision_curve": Table(curve_lines),
     "vision_light": Table(light_lines),
     "vision_losses": Table(loss_lines),
+    "vision_sequences": Table(sequence_lines),
     "vision_images": Table(image_lines),
     "vision_use": Table(use_lines),
 }

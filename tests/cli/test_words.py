@@ -26,7 +26,7 @@ WRONG = {
     "evaluate r --jsn": "the flag --jsn does not exist; perhaps --json",
     "evaluate r --epochs 3": "the flag --epochs applies to motorspace train only",
     "train lattice --max-rotation 1": "--max-rotation applies to the agents forward and holonomic",
-    "train lattice --num-rays 3": "--num-rays applies to the sensors range_fan and retina and the readers",
+    "train lattice --num-rays 3": "--num-rays applies to the sensors range_fan and retina and",
     "train lattice --no-sense-head": "--no-sense-head applies to the sensor range_fan only",
     "train forward --num-blocks 9": "the flag --num-blocks applies to logs (--data) only",
     "train --data t.csv --layout empty": "the flag --layout applies to simulations only",
