@@ -69,9 +69,15 @@ def task_of(
     """What a run's program is given beside its state; every number in it is an argument."""
     divisors = Scaling(jnp.array(scaling.sensors), jnp.array(scaling.motors))
     key = jax.random.split(jax.random.key(config.training.seed))[1]
-    view = arrangement(config.data) or (len(scaling.sensors),)
+    view = _view(config, len(scaling.sensors)) if config.training.blur_weight > 0 else ()
     recipe = Recipe.of(config.training, view)
     return Task(_with_arguments(source), recipe, divisors, key, validation, frozen)
+
+
+def _view(config: RunConfig, num_sensors: int) -> tuple[int, ...]:
+    """How what is predicted is arranged; side by side where that is not what is sensed."""
+    shape = arrangement(config.data)
+    return shape if math.prod(shape) == num_sensors else (num_sensors,)
 
 
 def _with_arguments(source: Source) -> Source:

@@ -16,7 +16,9 @@ from motorspace.models.losses import (
     prediction_loss,
 )
 from motorspace.models.model import Scaling, build_model
-from motorspace.training.config import ModelConfig, TrainingConfig
+from motorspace.training.config import ModelConfig, RunConfig, TrainingConfig
+from motorspace.training.data import Derived, Given, Simulated
+from motorspace.training.fit import task_of
 from motorspace.training.objective import extras_for, objective
 from motorspace.training.recipe import Recipe
 from motorspace.trajectories.transitions import Experience
@@ -114,6 +116,22 @@ def test_where_features_are_predicted_codes_learn_from_them_alone():
     assert encoders_gradient(LATENT, jnp.float32(1)) > 1e-4
     blurred = replace(LATENT, latent_weight=0.0, blur_weight=1.0)
     assert encoders_gradient(blurred, jnp.float32(0)) > 1e-4
+
+
+def test_what_is_no_view_is_blurred_side_by_side():
+    """Ranges, data of one's own of which nothing is said, and displacements that are predicted."""
+    blurred = TrainingConfig(blur_weight=1.0)
+    seen = Simulated(sensor="retina")
+    shapes = {
+        (32, 3): (seen, 96),
+        (9,): (Simulated(), 9),
+        (7,): (Given(), 7),
+        (4,): (Derived(seen, "supervised"), 4),
+    }
+    for shape, (data, num) in shapes.items():
+        scaling = Scaling((1.0,) * num, (1.0, 1.0))
+        config = RunConfig(data, training=blurred)
+        assert task_of(config, scaling, lambda key, epoch: None).recipe.view == shape
 
 
 def test_views_matter_to_the_program_only_where_they_are_blurred():
