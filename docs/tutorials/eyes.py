@@ -76,6 +76,6 @@ print(f"R² of the worst component {report['linear_r2.worst']:.3f}")
 ms.view_figure(textured.scenario().world, poses, textured.scenario().sensor)
 
 # %% [markdown]
-# Codes are structured all the same. They are products of one matrix per command, so what short
-# sequences teach holds for long ones. [Does it work with eyes?](../results/vision.md) measures
+# Codes are structured all the same: training begins with short sequences, of which more can be
+# predicted, and their matrices compose to longer ones. [Does it work with eyes?](../results/vision.md) measures
 # from where on it does not.
