@@ -77,5 +77,5 @@ ms.view_figure(textured.scenario().world, poses, textured.scenario().sensor)
 
 # %% [markdown]
 # Codes are structured all the same: training begins with short sequences, of which more can be
-# predicted, and their matrices compose to longer ones. [Does it work with eyes?](../results/vision.md) measures
-# from where on it does not.
+# predicted, and their matrices compose to longer ones. [Does it work with
+# eyes?](../results/vision.md) measures from where on it does not.
