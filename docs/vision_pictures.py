@@ -1,6 +1,6 @@
 """Draw what eyes see and what is learned from it: `python -m docs.vision_pictures`.
 
-It trains two networks for some minutes. Views of a camera need the extra `vision`.
+It trains three networks for some minutes. Views of a camera need the extra `vision`.
 """
 
 import math

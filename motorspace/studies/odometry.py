@@ -78,7 +78,7 @@ TRIALS = ("walks", "biased", "open")
 def measured(run: "Run", num: int) -> Numbers:
     """Medians over walks in layouts that the run has not seen."""
     del num
-    return _chained(run, biased=False) | _mapped(run)
+    return chained_errors(run, biased=False) | _mapped(run)
 
 
 def measured_biased(run: "Run", num: int) -> Numbers:
@@ -90,7 +90,7 @@ def measured_biased(run: "Run", num: int) -> Numbers:
     from motorspace.mapping.trials import BIAS, NOISE, trained_with_motor_errors
 
     learned = trained_with_motor_errors(run.config, noise=NOISE, bias=BIAS)
-    return _chained(learned, biased=True)
+    return chained_errors(learned, biased=True)
 
 
 def measured_open(run: "Run", num: int) -> Numbers:
@@ -111,7 +111,7 @@ def measured_open(run: "Run", num: int) -> Numbers:
     }
 
 
-def _chained(run: "Run", *, biased: bool) -> dict[str, float]:
+def chained_errors(run: "Run", *, biased: bool) -> dict[str, float]:
     """Without loops: codes alone, in the rays' frame, and corrected by neighbouring scans."""
     import numpy as np
 

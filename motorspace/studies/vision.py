@@ -67,7 +67,6 @@ SEQUENCES = {
 HORIZON = 6
 
 TESTED_LENGTHS, NUM_TEST = (1, 2, 3, 6), 20_000
-NUM_WALKS, FIRST_ROOM = 4, 8_000
 HOME_STEPS = 300_000
 NUM_IMAGES, NUM_TEST_IMAGES = 30_000, 3_000
 IMAGE_SIZE = 12, 16
@@ -125,13 +124,13 @@ def _of_seed(budget: Budget, seed: int) -> list[Job]:
         for name, settings in LOSSES.items()
         for place in (flat, fine)
     ]
-    distances = system("forward", ROTATION, budget, seed, "best")
     found += [
         job(fine, name, changed(configs[fine], settings)) for name, settings in SEQUENCES.items()
     ]
     by_camera = ("forward", ROTATION, "MiniWorld")
     walking = system("forward", ROTATION, budget, seed, "vision")
     found.append(job(by_camera, "images", walking, "images"))
+    distances = system("forward", ROTATION, budget, seed, "best")
     found += [
         job(flat, "use", configs[flat], "use", used="colours"),
         job(flat, "use", distances, "use", used="distances"),
@@ -220,23 +219,13 @@ def measured_images(run: "Run", num: int) -> Numbers:
 
 def measured_use(run: "Run", num: int) -> Numbers:
     """What codes are good for: displacement goals, the way home, odometry in unseen rooms."""
-    import jax
-    import numpy as np
-
     from motorspace.control.controller import learn_controller
     from motorspace.control.scores import measure_controller
-    from motorspace.mapping.trials import measure_odometry, unseen_walk
+    from motorspace.studies.odometry import chained_errors
 
     del num
-    rooms = [f"rooms:{FIRST_ROOM + index}" for index in range(NUM_WALKS)]
-    walks = [unseen_walk(run, room, key=jax.random.key(FIRST_ROOM)) for room in rooms]
-    found = [measure_odometry(run, walk) for walk in walks]
-    odometry = {
-        f"odometry.ate.{path}": float(np.median([walk[path]["path.ate"] for walk in found]))
-        for path in ("still", "codes")
-    }
-    controller = learn_controller(run)
-    return measure_controller(run, controller) | odometry | _home(run)
+    odometry = chained_errors(run, biased=False)
+    return measure_controller(run, learn_controller(run)) | odometry | _home(run)
 
 
 def _home(run: "Run") -> dict[str, float]:

@@ -74,13 +74,13 @@ def structure_lines(found: Sequence[Row]) -> list[Line]:
 
 def error_lines(found: Sequence[Row]) -> list[Line]:
     """Errors over that of the mean view, beside those that know more and less."""
-    heads = {"vision": "codes", "oracle": "oracle", "no motors": "no motors"}
+    variants = ("vision", "oracle", "no motors", "untrained")
     made: list[Line] = []
     for row in _main(found):
         line = _named(row)
-        for variant, head in (heads | {"untrained": "untrained"}).items():
+        for variant in variants:
             for other in chosen(found, "vision", **_same_place(row), variant=variant):
-                line[head] = other[ERROR].ends
+                line["codes" if variant == "vision" else variant] = other[ERROR].ends
         made.append(_line(line, row, {"persistence": "vision.persistence"}))
     return made
 
