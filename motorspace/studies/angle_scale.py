@@ -68,14 +68,15 @@ def rows(found: Sequence[Row]) -> list[Row]:
     Seeds share their data and initial weights: what differs is the angle alone.
     """
     return [
-        row.with_measures({"angle_scale.ratio": _ratio(row, right)})
+        row.with_measures({"angle_scale.ratio": ratio_to(right, row)})
         for rotation in ROTATIONS
         for right in chosen(found, rotation=rotation, angle=1.0)
         for row in chosen(found, rotation=rotation)
     ]
 
 
-def _ratio(row: Row, right: Row) -> Spread:
+def ratio_to(right: Row, row: Row) -> Spread:
+    """The errors of a row over those of the right scale, seed by seed."""
     key, shared = "prediction.error", [seed for seed in row.runs if seed in right.runs]
     return Spread(tuple(row.runs[seed][key] / right.runs[seed][key] for seed in shared))
 

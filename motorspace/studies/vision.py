@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 
 from motorspace.analysis.measures import Measure, define
 from motorspace.running.jobs import Job, Value, cell
-from motorspace.studies.cells import oracle, system, untrained
+from motorspace.studies import angle_scale
+from motorspace.studies.cells import derived, oracle, system, untrained
 from motorspace.studies.rows import Numbers
 from motorspace.studies.structure import structure_or_collapse
 from motorspace.studies.study import Budget, Study
-from motorspace.studies.vision_rows import FIGURES, TABLES, TARGETS, rows
+from motorspace.studies.vision_rows import FIGURES, HALF, SCALED, TABLES, TARGETS, rows
 from motorspace.training.config import RunConfig
 from motorspace.training.presets import PresetName
 from motorspace.training.settings import changed
@@ -50,9 +51,6 @@ MAIN = (*FLAT, *TEXTURED)
 CURVE = (("texture:2", 32), ("texture:1", 64), ("texture:1", 128), ("texture:4", 128))
 """Further points of the curve over wavelengths and pixels."""
 
-HALF = "texture:1:0.5"
-"""A texture that leaves half of the colour to the wall, which can be told from far off."""
-
 LOSSES = {
     "pixels alone": {"blur_weight": 0.0},
     "features": {"blur_weight": 0.0, "latent_weight": 1.0},
@@ -65,6 +63,10 @@ SEQUENCES = {
 }
 """What is learned from, if it is not ever longer sequences."""
 HORIZON = 6
+
+ANGLES = (0.8, 1.0, 1.25)
+"""What an oracle's rotations are multiplied by where codes turn too far."""
+WITHOUT_CODES = {"encoder": "identity", "code_noise": 0.0, "isometry_weight": 0.0}
 
 TESTED_LENGTHS, NUM_TEST = (1, 2, 3, 6), 20_000
 HOME_STEPS = 300_000
@@ -135,12 +137,14 @@ def _of_seed(budget: Budget, seed: int) -> list[Job]:
         job(flat, "use", configs[flat], "use", used="colours"),
         job(flat, "use", distances, "use", used="distances"),
     ]
+    small = ("forward", 0.2, "flat")
+    for angle in ANGLES:
+        turned = changed(derived(configs[small], "scaled_rotations", angle=angle), WITHOUT_CODES)
+        found.append(job(small, SCALED, turned, "scaled angles", angle=angle))
     for place, config in configs.items():
-        informed = changed(
-            oracle(config),
-            {"curriculum": config.training.curriculum, "code_noise": 0.0, "isometry_weight": 0.0},
-        )
-        nothing = changed(config, {"encoder": "none", "code_noise": 0.0, "isometry_weight": 0.0})
+        curriculum = {"curriculum": config.training.curriculum}
+        informed = changed(oracle(config), WITHOUT_CODES | curriculum)
+        nothing = changed(config, WITHOUT_CODES | {"encoder": "none"})
         found += [
             job(place, "oracle", informed, "errors"),
             job(place, "no motors", nothing, "errors"),
@@ -254,6 +258,7 @@ STUDY = Study(
     measures={
         "codes": measured_codes,
         "errors": measured_errors,
+        "scaled angles": angle_scale.measured,
         "images": measured_images,
         "use": measured_use,
     },

@@ -5,6 +5,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from motorspace.running.jobs import Value
+from motorspace.studies.angle_scale import ratio_to
 from motorspace.studies.rows import Row, Settings, Spread, chosen
 from motorspace.studies.study import Line, Table, Target
 from motorspace.worlds.paint import parse_paint
@@ -14,7 +15,9 @@ if TYPE_CHECKING:
 
 PIXELS = 32
 """Pixels where a cell says nothing."""
-FLAT, PAPER = "flat", "paper's network"
+FLAT, PAPER, SCALED = "flat", "paper's network", "oracle, scaled angles"
+HALF = "texture:1:0.5"
+"""A texture that leaves half of the colour to the wall, which can be told from far off."""
 LIGHTS = {"trajectory": "one for each trajectory", "view": "one for each view"}
 FORWARD = MappingProxyType[str, Value]({"agent": "forward", "rotation": 0.4})
 R2, RATIO, TOPOLOGY = "linear_r2.worst", "equivalence_ratio", "normalised_topology_error"
@@ -29,7 +32,7 @@ def rows(found: Sequence[Row]) -> list[Row]:
 
 
 def _main(found: Sequence[Row]) -> list[Row]:
-    return chosen(found, "vision", variant="vision")
+    return [row for row in chosen(found, "vision", variant="vision") if row.cell["paint"] != HALF]
 
 
 def _same_place(row: Row) -> dict[str, Value]:
@@ -161,6 +164,21 @@ def image_lines(found: Sequence[Row]) -> list[Line]:
     return [_line({"agent": row.cell["agent"]}, row, heads) for row in taken]
 
 
+def angle_lines(found: Sequence[Row]) -> list[Line]:
+    """What an oracle loses whose rotations are scaled by one factor."""
+    scaled = chosen(found, "vision", variant=SCALED)
+    return [
+        {
+            "r": _place(row)["r"],
+            "rotations scaled by": row.cell["angle"],
+            "error / right scale's": ratio_to(right, row).ends,
+        }
+        for right in scaled
+        if right.cell["angle"] == 1.0
+        for row in scaled
+    ]
+
+
 def use_lines(found: Sequence[Row]) -> list[Line]:
     """What codes from colours and from distances are good for."""
     heads = {
@@ -201,6 +219,7 @@ TABLES = {
     "vision_losses": Table(loss_lines),
     "vision_sequences": Table(sequence_lines),
     "vision_images": Table(image_lines),
+    "vision_angles": Table(angle_lines),
     "vision_use": Table(use_lines),
 }
 FIGURES: dict[str, Callable[[Sequence[Row]], "Figure"]] = {"vision": curve_figure}
