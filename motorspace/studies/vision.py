@@ -28,6 +28,7 @@ define(
     Measure("vision.persistence", "persistence / mean", goal="low"),
     Measure("vision.error.{length}", "error / mean, T = {length}", goal="low", chance=1.0),
     Measure("vision.to_oracle", "error / oracle's", goal="low", perfect=1.0),
+    Measure("vision.lost_to_light", "R² lost", goal="low", perfect=0.0),
     Measure("vision.untrained", "R², untrained", goal="high", perfect=1.0, chance=0.0),
     Measure("vision.home", "came home", goal="high", perfect=1.0),
     Measure("vision.home.chance", "came home, chance", goal="high", perfect=1.0),

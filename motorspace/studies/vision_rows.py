@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from motorspace.running.jobs import Value
 from motorspace.studies.angle_scale import ratio_to
-from motorspace.studies.rows import Row, Settings, Spread, chosen
+from motorspace.studies.rows import Numbers, Row, Settings, Spread, chosen
 from motorspace.studies.study import Line, Table, Target
 from motorspace.worlds.paint import parse_paint
 
@@ -22,12 +22,13 @@ LIGHTS = {"trajectory": "one for each trajectory", "view": "one for each view"}
 FORWARD = MappingProxyType[str, Value]({"agent": "forward", "rotation": 0.4})
 R2, RATIO, TOPOLOGY = "linear_r2.worst", "equivalence_ratio", "normalised_topology_error"
 ERROR, TO_ORACLE, UNTRAINED = "vision.error", "vision.to_oracle", "vision.untrained"
+LOST = "vision.lost_to_light"
 QUALITY = {"linear R²": R2, "equivalence ratio": RATIO, "error / mean": ERROR}
 
 
 def rows(found: Sequence[Row]) -> list[Row]:
-    """The rows of the study, with errors over the oracle's, and those of distances beside them."""
-    own = [_to_oracle(row, found) for row in found if row.study == "vision"]
+    """The rows of the study, compared with the oracle and constant light, and distances' rows."""
+    own = [_compared(row, found) for row in found if row.study == "vision"]
     return own + chosen(found, "structure", variant="best")
 
 
@@ -39,15 +40,28 @@ def _same_place(row: Row) -> dict[str, Value]:
     return {name: row.cell[name] for name in ("agent", "rotation", "paint")}
 
 
-def _to_oracle(row: Row, found: Sequence[Row]) -> Row:
-    oracles = chosen(found, "vision", **_same_place(row), variant="oracle")
-    if row.cell["variant"] != "vision" or not oracles:
-        return row
-    if not row.runs.keys() <= oracles[0].runs.keys():
-        return row
-    pairs = [(row.runs[seed], oracles[0].runs[seed]) for seed in row.runs]
-    ratios = tuple(float(own[ERROR]) / float(best[ERROR]) for own, best in pairs)
-    return row.with_measures({TO_ORACLE: Spread(ratios)})
+def _compared(row: Row, found: Sequence[Row]) -> Row:
+    """The row with what it costs not to be told the displacement, or that the light changes."""
+    match row.cell["variant"]:
+        case "vision":
+            pairs = _pairs(row, "oracle", found)
+            key, values = TO_ORACLE, [float(own[ERROR]) / float(best[ERROR]) for own, best in pairs]
+        case "light":
+            pairs = _pairs(row, "vision", found)
+            key, values = LOST, [float(steady[R2]) - float(own[R2]) for own, steady in pairs]
+        case _:
+            return row
+    return row.with_measures({key: Spread(tuple(values))}) if values else row
+
+
+def _pairs(row: Row, variant: str, found: Sequence[Row]) -> list[tuple[Numbers, Numbers]]:
+    """The runs of a row, each with that of another variant at the same place and seed."""
+    return [
+        (own, other.runs[seed])
+        for other in chosen(found, "vision", **_same_place(row), variant=variant)
+        for seed, own in row.runs.items()
+        if seed in other.runs
+    ]
 
 
 def _place(row: Row) -> dict[str, Any]:
@@ -241,13 +255,14 @@ BOUNDS: tuple[tuple[str, Settings, str, float | None, float | None], ...] = (
     ("texture of 4 units, forward", _cells("forward", "texture:4"), RATIO, None, 0.015),
     ("texture of 4 units, forward", _cells("forward", "texture:4"), TOPOLOGY, None, 0.05),
     ("texture of 4 units, holonomic", _cells("holonomic", "texture:4"), R2, 0.7, None),
+    ("flat colours in changing light", _cells("forward", FLAT, "light"), LOST, None, 0.02),
     ("first-person images", _cells("forward", "MiniWorld", "images"), R2, 0.9, None),
     ("texture of 1 unit", _cells("forward", "texture:1", "pixels", pixels=128), R2, 0.9, None),
 )
 """Where, the cells, the measure, its lower and its upper bound."""
 
 LABELS = {R2: "linear R²", RATIO: "equivalence ratio", TOPOLOGY: "D_topo"}
-LABELS |= {TO_ORACLE: "error over the oracle's"}
+LABELS |= {TO_ORACLE: "error over the oracle's", LOST: "R² lost"}
 
 TARGETS = tuple(
     Target(f"{where}: {LABELS[key]}", key, at_least=least, at_most=most, cells=cells)
