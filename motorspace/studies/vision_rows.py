@@ -119,7 +119,7 @@ def beside_lines(found: Sequence[Row]) -> list[Line]:
 
 def length_lines(found: Sequence[Row]) -> list[Line]:
     """Errors by the length of the sequence."""
-    heads = {f"T = {length}": f"{ERROR}.{length}" for length in (1, 2, 3, 6)}
+    heads = {f"T = {length}": f"{ERROR}.{length}" for length in (1, 2, 3)} | {"T = 6": ERROR}
     return [_line(_named(row), row, heads) for row in _main(found)]
 
 
@@ -163,10 +163,15 @@ def loss_lines(found: Sequence[Row]) -> list[Line]:
 
 def sequence_lines(found: Sequence[Row]) -> list[Line]:
     """What sequences codes are learned from; measured on those of six commands."""
-    names = {"vision": "one command, then up to six"}
+    names = {
+        "vision": "one command, then up to six",
+        "one command": "one command alone",
+        "six commands": "six commands alone",
+        "six commands, small steps": "six alone, a learning rate of 1e-3",
+    }
     return [
-        _line({"learned from": names.get(variant, f"{variant} alone")}, row, QUALITY)
-        for variant in ("vision", "one command", "six commands")
+        _line({"learned from": name}, row, QUALITY)
+        for variant, name in names.items()
         for row in chosen(found, "vision", **FORWARD, variant=variant, paint="texture:4")
     ]
 
