@@ -68,6 +68,36 @@ def test_rows_have_their_oracles_and_distances_beside_them():
     ]
 
 
+def test_runs_are_compared_seed_by_seed():
+    two = row("vision", **{"vision.error": 0.6, "linear_r2.worst": 0.9})
+    two = replace(two, runs={**two.runs, 1: {"vision.error": 9.0, "linear_r2.worst": 0.5}})
+    found = vision_rows.rows(
+        [
+            two,
+            row("oracle", **{"vision.error": 0.5}),
+            row("light", **{"linear_r2.worst": 0.88}),
+        ]
+    )
+    assert found[0]["vision.to_oracle"].values == pytest.approx([1.2])
+    assert found[2]["vision.lost_to_light"].values == pytest.approx([0.02])
+
+
+def test_half_a_texture_is_a_point_of_the_curve_and_no_place_of_its_own():
+    found = [row("vision", vision_rows.HALF, **{"linear_r2.worst": 0.7})]
+    assert vision_rows.structure_lines(found) == []
+    assert [line["paint"] for line in vision_rows.curve_lines(found)] == [vision_rows.HALF]
+
+
+def test_errors_of_scaled_angles_are_over_that_of_the_right_scale():
+    at = row(vision_rows.SCALED, **{"prediction.error": 0.2})
+    found = [
+        replace(at, cell={**at.cell, "angle": angle}, runs={0: {"prediction.error": error}})
+        for angle, error in ((1.0, 0.2), (1.25, 0.3))
+    ]
+    lines = vision_rows.angle_lines(found)
+    assert [line["error / right scale's"]["mean"] for line in lines] == pytest.approx([1, 1.5])
+
+
 def test_the_curve_is_in_order_of_wavelengths_and_pixels():
     rows = [
         row("vision", paint, **{"linear_r2.worst": 0.5}) for paint in ("texture:1", "texture:12")
