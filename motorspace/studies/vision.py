@@ -52,10 +52,8 @@ MAIN = (*FLAT, *TEXTURED)
 CURVE = (("texture:2", 32), ("texture:1", 64), ("texture:1", 128), ("texture:4", 128))
 """Further points of the curve over wavelengths and pixels."""
 
-LOSSES = {
-    "pixels alone": {"blur_weight": 0.0},
-    "features": {"blur_weight": 0.0, "latent_weight": 1.0},
-}
+FEATURES = {"blur_weight": 0.0, "latent_weight": 1.0}
+LOSSES = {"pixels alone": {"blur_weight": 0.0}, "features": FEATURES}
 """What is predicted, if it is not pixels and blurred pixels together."""
 
 SEQUENCES = {
@@ -137,6 +135,7 @@ def _of_seed(budget: Budget, seed: int) -> list[Job]:
     distances = system("forward", ROTATION, budget, seed, "best")
     found += [
         job(flat, "use", configs[flat], "use", used="colours"),
+        job(flat, "use", changed(configs[flat], FEATURES), "use", used="features of colours"),
         job(flat, "use", distances, "use", used="distances"),
     ]
     small = ("forward", 0.2, "flat")
