@@ -49,7 +49,11 @@ TEXTURED = (
 MAIN = (*FLAT, *TEXTURED)
 """Agent, largest rotation in units of pi, and paint: what stands beside baselines."""
 
-CURVE = (("texture:2", 32), ("texture:1", 64), ("texture:1", 128), ("texture:4", 128))
+CURVE = (
+    *(("texture:4", pixels) for pixels in (9, 16, 128)),
+    ("texture:2", 32),
+    *(("texture:1", pixels) for pixels in (64, 128)),
+)
 """Further points of the curve over wavelengths and pixels."""
 
 FEATURES = {"blur_weight": 0.0, "latent_weight": 1.0}

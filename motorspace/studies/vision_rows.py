@@ -153,7 +153,7 @@ def light_lines(found: Sequence[Row]) -> list[Line]:
 def loss_lines(found: Sequence[Row]) -> list[Line]:
     """What is predicted: pixels, these and blurred ones, learned features; and by which network."""
     names = {"vision": "pixels + blurred pixels"}
-    heads = QUALITY | {"off at T = 24": "length_error.translation.24"}
+    heads = QUALITY | {"error at T = 24": "length_error.translation.24"}
     return [
         _line({"predicted": names.get(variant, variant), "paint": paint}, row, heads)
         for variant in ("vision", "pixels alone", "features", PAPER)
