@@ -87,13 +87,14 @@ def percent(found: Sequence[Row]) -> list[Line]:
     return [
         {
             **line,
-            "increase, %": _percent(row["angle_scale.ratio"]).ends,
+            "increase, %": above(row["angle_scale.ratio"]).ends,
         }
         for row, line in zip(found, lines, strict=True)
     ]
 
 
-def _percent(ratio: Spread) -> Spread:
+def above(ratio: Spread) -> Spread:
+    """By how many percent a ratio is above one."""
     return Spread(tuple(100 * (value - 1) for value in ratio.values))
 
 

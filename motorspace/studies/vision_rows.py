@@ -5,7 +5,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from motorspace.running.jobs import Value
-from motorspace.studies.angle_scale import ratio_to
+from motorspace.studies.angle_scale import above, ratio_to
 from motorspace.studies.rows import Numbers, Row, Settings, Spread, chosen
 from motorspace.studies.study import Line, Table, Target
 from motorspace.worlds.paint import parse_paint
@@ -190,8 +190,8 @@ def angle_lines(found: Sequence[Row]) -> list[Line]:
     return [
         {
             "r": _place(row)["r"],
-            "rotations scaled by": row.cell["angle"],
-            "error / right scale's": ratio_to(right, row).ends,
+            "rotations scaled by": f"{float(row.cell['angle']):g}",
+            "increase of the error, %": above(ratio_to(right, row)).ends,
         }
         for right in scaled
         if right.cell["angle"] == 1.0

@@ -88,14 +88,15 @@ def test_half_a_texture_is_a_point_of_the_curve_and_no_place_of_its_own():
     assert [line["paint"] for line in vision_rows.curve_lines(found)] == [vision_rows.HALF]
 
 
-def test_errors_of_scaled_angles_are_over_that_of_the_right_scale():
+def test_errors_of_scaled_angles_are_beside_that_of_the_right_scale():
     at = row(vision_rows.SCALED, **{"prediction.error": 0.2})
     found = [
         replace(at, cell={**at.cell, "angle": angle}, runs={0: {"prediction.error": error}})
         for angle, error in ((1.0, 0.2), (1.25, 0.3))
     ]
     lines = vision_rows.angle_lines(found)
-    assert [line["error / right scale's"]["mean"] for line in lines] == pytest.approx([1, 1.5])
+    increase = [line["increase of the error, %"]["mean"] for line in lines]
+    assert increase == pytest.approx([0, 50])
 
 
 def test_the_curve_is_in_order_of_wavelengths_and_pixels():
