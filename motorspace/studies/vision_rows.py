@@ -200,16 +200,18 @@ def angle_lines(found: Sequence[Row]) -> list[Line]:
 
 
 def use_lines(found: Sequence[Row]) -> list[Line]:
-    """What codes from colours and from distances are good for."""
-    heads = {
-        "displacement goals": "control.success.hybrid",
-        "goals four sequences away": "control.success.far",
-        "came home": "vision.home",
-        "ATE of chained codes": "odometry.ate.codes",
-        "ATE, standing still": "odometry.ate.still",
-    }
+    """What codes from colours and from distances are good for, beside chance."""
+    goals, far, home = "displacement goals", "goals four sequences away", "came home"
+    drift = "ATE of chained codes"
+    heads = {goals: "control.success.hybrid", far: "control.success.far"}
+    heads |= {home: "vision.home", drift: "odometry.ate.codes"}
+    chance = {goals: "control.success.random", home: "vision.home.chance"}
+    chance |= {drift: "odometry.ate.still"}
     used = chosen(found, "vision", variant="use")
-    return [_line({"codes from": row.cell["used"]}, row, heads) for row in used]
+    lines = [_line({"codes from": row.cell["used"]}, row, heads) for row in used]
+    return lines + [
+        _line({"codes from": "chance; standing still"}, row, chance) for row in used[:1]
+    ]
 
 
 def curve_figure(found: Sequence[Row]) -> "Figure":
