@@ -8,17 +8,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from motorspace.analysis.measures import Measure, define
-from motorspace.running.jobs import Job, Value, cell
 from motorspace.studies import angle_scale
-from motorspace.studies.cells import derived, oracle, system, untrained
 from motorspace.studies.rows import Numbers
 from motorspace.studies.structure import structure_or_collapse
-from motorspace.studies.study import Budget, Study
-from motorspace.studies.vision_rows import FIGURES, HALF, SCALED, TABLES, TARGETS, rows
-from motorspace.training.config import RunConfig
-from motorspace.training.presets import PresetName
+from motorspace.studies.study import Study
+from motorspace.studies.vision_jobs import jobs
+from motorspace.studies.vision_rows import FIGURES, TABLES, TARGETS, rows
 from motorspace.training.settings import changed
-from motorspace.worlds.paint import parse_paint
 
 if TYPE_CHECKING:
     from motorspace.training.run import Run
@@ -34,128 +30,14 @@ define(
     Measure("vision.home.chance", "came home, chance", goal="high", perfect=1.0),
 )
 
-ROTATION = 0.4
-FLAT = (
-    *(("forward", rotation, "flat") for rotation in (0.2, ROTATION, 0.8)),
-    *(("holonomic", rotation, "flat") for rotation in (ROTATION, 0.8)),
-)
-TEXTURED = (
-    ("forward", ROTATION, "texture:12"),
-    ("forward", ROTATION, "texture:4"),
-    ("forward", 0.8, "texture:4"),
-    ("holonomic", ROTATION, "texture:4"),
-    ("forward", ROTATION, "texture:1"),
-)
-MAIN = (*FLAT, *TEXTURED)
-"""Agent, largest rotation in units of pi, and paint: what stands beside baselines."""
-
-CURVE = (
-    *(("texture:4", pixels) for pixels in (9, 16, 128)),
-    ("texture:2", 32),
-    *(("texture:1", pixels) for pixels in (64, 128)),
-)
-"""Further points of the curve over wavelengths and pixels."""
-
-FEATURES = {"blur_weight": 0.0, "latent_weight": 1.0}
-LOSSES = {"pixels alone": {"blur_weight": 0.0}, "features": FEATURES}
-"""What is predicted, if it is not pixels and blurred pixels together."""
-
-SEQUENCES = {
-    "one command": {"horizon": 1, "curriculum": 0.0},
-    "six commands": {"curriculum": 0.0},
-    "six commands, small steps": {"curriculum": 0.0, "learning_rate": 1e-3},
-}
-"""What is learned from, if it is not ever longer sequences."""
-HORIZON = 6
-
-ANGLES = (0.8, 1.0, 1.25)
-"""What an oracle's rotations are multiplied by where codes turn too far."""
-WITHOUT_CODES = {"encoder": "identity", "code_noise": 0.0, "isometry_weight": 0.0}
-
-SHORTER, NUM_TEST = (1, 2, 3), 20_000
+HORIZON, SHORTER = 6, (1, 2, 3)
+"""Commands of the sequences that are measured."""
+NUM_TEST = 20_000
+"""Sequences of each shorter length."""
 HOME_STEPS = 300_000
 NUM_IMAGES, NUM_TEST_IMAGES = 30_000, 3_000
 IMAGE_SIZE = 12, 16
 """Rows and columns."""
-
-
-def seen(
-    agent: str,
-    rotation: float,
-    paint: str,
-    budget: Budget,
-    seed: int,
-    preset: PresetName = "vision",
-) -> RunConfig:
-    """A run of an agent with a retina in a painted room, whose colours are of this seed."""
-    config = system(agent, rotation, budget, seed, preset)
-    painted = replace(parse_paint(paint), seed=seed).name
-    return changed(config, {"sensor": "retina", "paint": painted})
-
-
-def jobs(budget: Budget, seeds: int) -> list[Job]:
-    """Seed after seed: what learns from colours first, then what stands beside it."""
-    return [job for seed in range(seeds) for job in _of_seed(budget, seed)]
-
-
-def _of_seed(budget: Budget, seed: int) -> list[Job]:
-    def job(
-        place: tuple[str, float, str],
-        variant: str,
-        config: RunConfig,
-        measure: str = "codes",
-        **further: Value,
-    ) -> Job:
-        agent, rotation, paint = place
-        named = cell(agent=agent, rotation=rotation, paint=paint, variant=variant, **further)
-        return Job("vision", named, config, measure, trains=measure != "images")
-
-    configs = {place: seen(*place, budget, seed) for place in MAIN}
-    flat, fine = ("forward", ROTATION, "flat"), ("forward", ROTATION, "texture:4")
-    found = [job(place, "vision", config) for place, config in configs.items()]
-    paper = seen(*flat, budget, seed, "vision_paper")
-    found.append(job(flat, "paper's network", paper))
-    for paint, num_rays in CURVE:
-        place = ("forward", ROTATION, paint)
-        config = changed(seen(*place, budget, seed), {"num_rays": num_rays})
-        found.append(job(place, "pixels", config, pixels=num_rays))
-    half = ("forward", ROTATION, HALF)
-    found.append(job(half, "vision", seen(*half, budget, seed)))
-    found += [
-        job(flat, "light", changed(configs[flat], {"light": light}), light=light)
-        for light in ("trajectory", "view")
-    ]
-    found += [
-        job(place, name, changed(configs[place], settings))
-        for name, settings in LOSSES.items()
-        for place in (flat, fine)
-    ]
-    found += [
-        job(fine, name, changed(configs[fine], settings)) for name, settings in SEQUENCES.items()
-    ]
-    by_camera = ("forward", ROTATION, "MiniWorld")
-    walking = system("forward", ROTATION, budget, seed, "vision")
-    found.append(job(by_camera, "images", walking, "images"))
-    distances = system("forward", ROTATION, budget, seed, "best")
-    found += [
-        job(flat, "use", configs[flat], "use", used="colours"),
-        job(flat, "use", changed(configs[flat], FEATURES), "use", used="features of colours"),
-        job(flat, "use", distances, "use", used="distances"),
-    ]
-    small = ("forward", 0.2, "flat")
-    for angle in ANGLES:
-        turned = changed(derived(configs[small], "scaled_rotations", angle=angle), WITHOUT_CODES)
-        found.append(job(small, SCALED, turned, "scaled angles", angle=angle))
-    for place, config in configs.items():
-        curriculum = {"curriculum": config.training.curriculum}
-        informed = changed(oracle(config), WITHOUT_CODES | curriculum)
-        nothing = changed(config, WITHOUT_CODES | {"encoder": "none"})
-        found += [
-            job(place, "oracle", informed, "errors"),
-            job(place, "no motors", nothing, "errors"),
-            job(place, "untrained", changed(untrained(config), curriculum)),
-        ]
-    return found
 
 
 def measured_codes(run: "Run", num: int) -> Numbers:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import motorspace as ms
-from motorspace.studies import vision, vision_rows
+from motorspace.studies import vision, vision_jobs, vision_rows
 from motorspace.studies.rows import Row, known_measure
 from motorspace.training.data import simulated
 from motorspace.training.settings import changed
@@ -117,7 +117,7 @@ def test_the_curve_is_in_order_of_wavelengths_and_pixels():
 
 @pytest.mark.slow
 def test_a_small_run_is_measured():
-    config = changed(vision.seen("forward", 0.4, "flat", "quick", 0), {"epochs": 20, "num_rays": 8})
+    config = changed(vision_jobs.FLAT.seen("quick", 0), {"epochs": 20, "num_rays": 8})
     run = ms.train(config)
     found = vision.measured_codes(run, 1000)
     assert all(known_measure(key) for key in found if not key.startswith("collapsed"))
