@@ -134,7 +134,7 @@ def curve_lines(found: Sequence[Row]) -> list[Line]:
 def _curve(found: Sequence[Row]) -> list[Row]:
     of_forward = chosen(found, "vision", **FORWARD, variant=("vision", "pixels"))
     textured = [row for row in of_forward if row.cell["paint"] != FLAT]
-    return sorted(textured, key=lambda row: (-_wavelength(row), row.cell.get("pixels", 0)))
+    return sorted(textured, key=lambda row: (-_wavelength(row), row.cell.get("pixels", PIXELS)))
 
 
 def _wavelength(row: Row) -> float:
@@ -215,20 +215,16 @@ def use_lines(found: Sequence[Row]) -> list[Line]:
 
 
 def curve_figure(found: Sequence[Row]) -> "Figure":
-    """The least R² over the texture's wavelength, a line for each number of pixels."""
-    from motorspace.reports.figures.vision import curve
+    """The least R² and the error over the number of pixels, a line for each wavelength."""
+    from motorspace.reports.figures.measures import Axis, curves_figure
 
-    return curve(
-        [
-            {
-                "wavelength": _wavelength(row),
-                "pixels": int(row.cell.get("pixels", PIXELS)),
-                "r2": row[R2].ends,
-            }
-            for row in _curve(found)
-            if R2 in row and parse_paint(str(row.cell["paint"])).share == 1
-        ]
-    )
+    points = [
+        {"pixels": PIXELS, **row.line(R2, ERROR), "wavelength": f"{_wavelength(row):g} units"}
+        for row in _curve(found)
+        if parse_paint(str(row.cell["paint"])).share == 1
+    ]
+    axis = Axis("pixels", scale="log")
+    return curves_figure(points, axis, [R2, ERROR], series=("wavelength",))
 
 
 TABLES = {

@@ -1,7 +1,6 @@
 """Pictures of what eyes see, and of how well codes are organised that learn from it."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import jax.numpy as jnp
 import numpy as np
@@ -63,28 +62,3 @@ def draw_painted(axes: Axes, world: WalledWorld) -> None:
                 list(lines), colors=colours, linewidths=4.0, antialiaseds=False, zorder=3
             )
         )
-
-
-@styled
-def curve(points: Sequence[Mapping[str, Any]]) -> Figure:
-    """Returns the least R² of codes over the wavelength of a texture.
-
-    Args:
-        points: "wavelength" in world units, "pixels", and "r2" as mean, low and high.
-    """
-    figure = new_figure(6.4, 3.6)
-    axes = figure.add_subplot()
-    for number, pixels in enumerate(sorted({point["pixels"] for point in points})):
-        line = sorted((p for p in points if p["pixels"] == pixels), key=lambda p: p["wavelength"])
-        x = [point["wavelength"] for point in line]
-        mean, low, high = ([p["r2"][end] for p in line] for end in ("mean", "low", "high"))
-        colour = SERIES[number % len(SERIES)]
-        axes.plot(x, mean, "o-", color=colour, label=f"{pixels} pixels")
-        axes.fill_between(x, low, high, color=colour, alpha=0.2, linewidth=0)
-    axes.axhline(0.0, color=ink("grid"), linewidth=1)
-    axes.set(xscale="log", xlabel="wavelength of the texture (world units)", ylabel="linear R²")
-    axes.set_xticks([1, 2, 4, 12], ["1", "2", "4", "12"])
-    axes.set(ylim=(-0.05, 1.05))
-    if points:
-        axes.legend()
-    return figure
