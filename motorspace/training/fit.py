@@ -77,7 +77,7 @@ def task_of(
 def _view(config: RunConfig, num_sensors: int) -> tuple[int, ...]:
     """How what is predicted is arranged; side by side where that is not what is sensed."""
     shape = arrangement(config.data)
-    return shape if math.prod(shape) == num_sensors else (num_sensors,)
+    return shape if shape and math.prod(shape) == num_sensors else (num_sensors,)
 
 
 def _with_arguments(source: Source) -> Source:

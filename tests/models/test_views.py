@@ -126,6 +126,7 @@ def test_what_is_no_view_is_blurred_side_by_side():
         (32, 3): (seen, 96),
         (9,): (Simulated(), 9),
         (7,): (Given(), 7),
+        (1,): (Given(), 1),
         (4,): (Derived(seen, "supervised"), 4),
     }
     for shape, (data, num) in shapes.items():
