@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from motorspace.analysis.measures import Measure, define
 from motorspace.running.jobs import Job, cell
 from motorspace.studies.cells import derived, system
-from motorspace.studies.rows import Numbers, Row, Spread, chosen
+from motorspace.studies.rows import Numbers, Row, Spread, chosen, paired
 from motorspace.studies.study import Budget, Line, Study, Table
 from motorspace.studies.tables import columns
 from motorspace.training.settings import changed
@@ -77,8 +77,8 @@ def rows(found: Sequence[Row]) -> list[Row]:
 
 def ratio_to(right: Row, row: Row) -> Spread:
     """The errors of a row over those of the right scale, seed by seed."""
-    key, shared = "prediction.error", [seed for seed in row.runs if seed in right.runs]
-    return Spread(tuple(row.runs[seed][key] / right.runs[seed][key] for seed in shared))
+    key = "prediction.error"
+    return Spread(tuple(own[key] / exact[key] for own, exact in paired(row, right)))
 
 
 def percent(found: Sequence[Row]) -> list[Line]:

@@ -11,7 +11,7 @@ from motorspace.running.jobs import Job, cell
 from motorspace.studies.cells import derived, system
 from motorspace.studies.interquartile import interquartile
 from motorspace.studies.observations import BESIDE, CODES, GOALS, OBSERVATIONS, STEPS, Observed
-from motorspace.studies.rows import Numbers, Row, Settings, Spread, under
+from motorspace.studies.rows import Numbers, Row, Settings, Spread, paired, under
 from motorspace.studies.study import Budget, Line, Study, Table, Target
 from motorspace.training.data import simulated
 from motorspace.training.settings import changed
@@ -166,7 +166,7 @@ def _against_truth(row: Row, rows: Sequence[Row]) -> Row:
     true = next((other for other in rows if other.matches(known)), None)
     if true is None or not row.runs.keys() <= true.runs.keys():
         return row
-    pairs = [(row.runs[seed], true.runs[seed]) for seed in row.runs]
+    pairs = paired(row, true)
     if not all(key in numbers for key in (SUCCESS, COMMANDS) for pair in pairs for numbers in pair):
         return row
     lead = Spread(tuple(float(best[SUCCESS]) - float(own[SUCCESS]) for own, best in pairs))

@@ -184,6 +184,11 @@ def chosen(
     return [row for row in rows if row.matches(settings) and study in (None, row.study)]
 
 
+def paired(row: Row, other: Row) -> list[tuple[Numbers, Numbers]]:
+    """The runs of a row, each with that of the other row which has the same seed, if there is."""
+    return [(own, other.runs[seed]) for seed, own in row.runs.items() if seed in other.runs]
+
+
 def with_worst(row: Row, *families: str) -> Row:
     """The row with the least R² of the four components, as `linear_r2.worst`."""
 

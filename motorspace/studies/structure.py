@@ -92,12 +92,16 @@ def measured(run: "Run", num: int) -> Numbers:
 
 def measured_at(horizon: int, run: "Run", num: int) -> Numbers:
     """The same at one length, whatever lengths the run has learned from."""
+    return measured(at_horizon(run, horizon), num)
+
+
+def at_horizon(run: "Run", horizon: int) -> "Run":
+    """The run to be measured at one length, whatever lengths it has learned from."""
     from dataclasses import replace
 
     from motorspace.training.settings import changed
 
-    config = changed(run.config, {"horizon": horizon, "min_horizon": None})
-    return measured(replace(run, config=config), num)
+    return replace(run, config=changed(run.config, {"horizon": horizon, "min_horizon": None}))
 
 
 def measured_codes(run: "Run", num: int) -> Numbers:

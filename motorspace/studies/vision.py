@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING
 from motorspace.analysis.measures import Measure, define
 from motorspace.studies import angle_scale
 from motorspace.studies.rows import Numbers
-from motorspace.studies.structure import structure_or_collapse
+from motorspace.studies.structure import at_horizon, structure_or_collapse
 from motorspace.studies.study import Study
 from motorspace.studies.vision_jobs import jobs
-from motorspace.studies.vision_rows import FIGURES, TABLES, TARGETS, rows
-from motorspace.training.settings import changed
+from motorspace.studies.vision_rows import FIGURES, SHORTER, TABLES, TARGETS, rows
 
 if TYPE_CHECKING:
     from motorspace.training.run import Run
@@ -30,8 +29,8 @@ define(
     Measure("vision.home.chance", "came home, chance", goal="high", perfect=1.0),
 )
 
-HORIZON, SHORTER = 6, (1, 2, 3)
-"""Commands of the sequences that are measured."""
+HORIZON = 6
+"""Commands of the sequences whose codes are measured, whatever they are learned from."""
 NUM_TEST = 20_000
 """Sequences of each shorter length."""
 HOME_STEPS = 300_000
@@ -44,8 +43,7 @@ def measured_codes(run: "Run", num: int) -> Numbers:
     """The structure of codes, and errors of prediction by the length of the sequence."""
     from motorspace.evaluation.subject import subject_of
 
-    # Whatever they are learned from, codes are those of six commands.
-    composed = replace(run, config=changed(run.config, {"horizon": HORIZON, "min_horizon": None}))
+    composed = at_horizon(run, HORIZON)
     found = structure_or_collapse(subject_of(composed), run.config.training.seed)
     return {**found, **measured_errors(composed, num)}
 
@@ -59,8 +57,7 @@ def measured_errors(run: "Run", num: int) -> Numbers:
     found["vision.error"] = found["prediction.error"] / mean
     found["vision.persistence"] = found["prediction.persistence"] / mean
     for length in SHORTER:
-        config = changed(run.config, {"horizon": length, "min_horizon": None})
-        errors = evaluate(replace(run, config=config), num=NUM_TEST)
+        errors = evaluate(at_horizon(run, length), num=NUM_TEST)
         ratio = errors["prediction.error"] / errors["prediction.mean"]
         found[f"vision.error.{length}"] = ratio
     return found

@@ -7,7 +7,6 @@ from typing import NamedTuple
 from motorspace.running.jobs import Job, Value, cell
 from motorspace.studies.cells import derived, oracle, system, untrained
 from motorspace.studies.study import Budget
-from motorspace.studies.vision_rows import HALF, SCALED
 from motorspace.training.config import RunConfig
 from motorspace.training.presets import PresetName
 from motorspace.training.settings import changed
@@ -34,6 +33,9 @@ class Place(NamedTuple):
         return Job("vision", named, config, measure, trains=measure != "images")
 
 
+PAPER, SCALED = "paper's network", "oracle, scaled angles"
+"""Variants that tables name."""
+
 ROTATION = 0.4
 FLAT, FINE = Place("forward", ROTATION, "flat"), Place("forward", ROTATION, "texture:4")
 SMALL = Place("forward", 0.2, "flat")
@@ -57,6 +59,9 @@ CURVE = (
     *(("texture:1", pixels) for pixels in (64, 128)),
 )
 """Further points of the curve over wavelengths and pixels."""
+
+HALF = "texture:1:0.5"
+"""A texture that leaves half of the colour to the wall, which can be told from far off."""
 
 FEATURES = {"blur_weight": 0.0, "latent_weight": 1.0}
 LOSSES = {"pixels alone": {"blur_weight": 0.0}, "features": FEATURES}
@@ -88,7 +93,7 @@ def jobs(budget: Budget, seeds: int) -> list[Job]:
 def _learned(budget: Budget, seed: int) -> Iterator[Job]:
     for place in MAIN:
         yield place.job("vision", place.seen(budget, seed))
-    yield FLAT.job("paper's network", FLAT.seen(budget, seed, "vision_paper"))
+    yield FLAT.job(PAPER, FLAT.seen(budget, seed, "vision_paper"))
 
 
 def _curve(budget: Budget, seed: int) -> Iterator[Job]:

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from motorspace.running.jobs import Value
 from motorspace.studies.angle_scale import above, ratio_to
-from motorspace.studies.rows import Numbers, Row, Settings, Spread, chosen
+from motorspace.studies.rows import Numbers, Row, Settings, Spread, chosen, paired
 from motorspace.studies.study import Line, Table, Target
+from motorspace.studies.vision_jobs import HALF, PAPER, ROTATION, SCALED, Place
 from motorspace.worlds.paint import parse_paint
 
 if TYPE_CHECKING:
@@ -15,14 +16,14 @@ if TYPE_CHECKING:
 
 PIXELS = 32
 """Pixels where a cell says nothing."""
-FLAT, PAPER, SCALED = "flat", "paper's network", "oracle, scaled angles"
-HALF = "texture:1:0.5"
-"""A texture that leaves half of the colour to the wall, which can be told from far off."""
+FLAT = "flat"
 LIGHTS = {"trajectory": "one for each trajectory", "view": "one for each view"}
-FORWARD = MappingProxyType[str, Value]({"agent": "forward", "rotation": 0.4})
+FORWARD = MappingProxyType[str, Value]({"agent": "forward", "rotation": ROTATION})
 R2, RATIO, TOPOLOGY = "linear_r2.worst", "equivalence_ratio", "normalised_topology_error"
 ERROR, TO_ORACLE, UNTRAINED = "vision.error", "vision.to_oracle", "vision.untrained"
 LOST = "vision.lost_to_light"
+SHORTER = (1, 2, 3)
+"""Commands of the shorter sequences that errors are measured on, too."""
 QUALITY = {"linear R²": R2, "equivalence ratio": RATIO, "error / mean": ERROR}
 
 
@@ -37,7 +38,7 @@ def _main(found: Sequence[Row]) -> list[Row]:
 
 
 def _same_place(row: Row) -> dict[str, Value]:
-    return {name: row.cell[name] for name in ("agent", "rotation", "paint")}
+    return {name: row.cell[name] for name in Place._fields}
 
 
 def _compared(row: Row, found: Sequence[Row]) -> Row:
@@ -57,10 +58,9 @@ def _compared(row: Row, found: Sequence[Row]) -> Row:
 def _pairs(row: Row, variant: str, found: Sequence[Row]) -> list[tuple[Numbers, Numbers]]:
     """The runs of a row, each with that of another variant at the same place and seed."""
     return [
-        (own, other.runs[seed])
+        pair
         for other in chosen(found, "vision", **_same_place(row), variant=variant)
-        for seed, own in row.runs.items()
-        if seed in other.runs
+        for pair in paired(row, other)
     ]
 
 
@@ -119,7 +119,7 @@ def beside_lines(found: Sequence[Row]) -> list[Line]:
 
 def length_lines(found: Sequence[Row]) -> list[Line]:
     """Errors by the length of the sequence."""
-    heads = {f"T = {length}": f"{ERROR}.{length}" for length in (1, 2, 3)} | {"T = 6": ERROR}
+    heads = {f"T = {length}": f"{ERROR}.{length}" for length in SHORTER} | {"T = 6": ERROR}
     return [_line(_named(row), row, heads) for row in _main(found)]
 
 
@@ -201,12 +201,17 @@ def angle_lines(found: Sequence[Row]) -> list[Line]:
 
 def use_lines(found: Sequence[Row]) -> list[Line]:
     """What codes from colours and from distances are good for, beside chance."""
-    goals, far, home = "displacement goals", "goals four sequences away", "came home"
-    drift = "ATE of chained codes"
-    heads = {goals: "control.success.hybrid", far: "control.success.far"}
-    heads |= {home: "vision.home", drift: "odometry.ate.codes"}
-    chance = {goals: "control.success.random", home: "vision.home.chance"}
-    chance |= {drift: "odometry.ate.still"}
+    heads = {
+        "displacement goals": "control.success.hybrid",
+        "goals four sequences away": "control.success.far",
+        "came home": "vision.home",
+        "ATE of chained codes": "odometry.ate.codes",
+    }
+    chance = {
+        "displacement goals": "control.success.random",
+        "came home": "vision.home.chance",
+        "ATE of chained codes": "odometry.ate.still",
+    }
     used = chosen(found, "vision", variant="use")
     lines = [_line({"codes from": row.cell["used"]}, row, heads) for row in used]
     return lines + [

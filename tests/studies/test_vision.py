@@ -83,13 +83,13 @@ def test_runs_are_compared_seed_by_seed():
 
 
 def test_half_a_texture_is_a_point_of_the_curve_and_no_place_of_its_own():
-    found = [row("vision", vision_rows.HALF, **{"linear_r2.worst": 0.7})]
+    found = [row("vision", vision_jobs.HALF, **{"linear_r2.worst": 0.7})]
     assert vision_rows.structure_lines(found) == []
-    assert [line["paint"] for line in vision_rows.curve_lines(found)] == [vision_rows.HALF]
+    assert [line["paint"] for line in vision_rows.curve_lines(found)] == [vision_jobs.HALF]
 
 
 def test_errors_of_scaled_angles_are_beside_that_of_the_right_scale():
-    at = row(vision_rows.SCALED, **{"prediction.error": 0.2})
+    at = row(vision_jobs.SCALED, **{"prediction.error": 0.2})
     found = [
         replace(at, cell={**at.cell, "angle": angle}, runs={0: {"prediction.error": error}})
         for angle, error in ((1.0, 0.2), (1.25, 0.3))

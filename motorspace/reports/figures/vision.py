@@ -1,4 +1,4 @@
-"""Pictures of what eyes see, and of how well codes are organised that learn from it."""
+"""Pictures of what eyes see."""
 
 from collections.abc import Sequence
 
